@@ -115,10 +115,14 @@ def largest_free_disc(corners, points, normals, levels: Levels = Levels()) -> Fr
     if not len(corners) or not len(points):
         return None
     outward = across / double[double > 0.0][:, None]
-    tree, best, found = cKDTree(points), -1.0, (corners[0, 0], outward[0])
+    nearest, best, found = (
+        _Facing(points, normals, levels.facing),
+        -1.0,
+        (corners[0, 0], outward[0]),
+    )
     while len(corners):
         middle = corners.mean(axis=1)
-        radius = _nearest(tree, normals, middle, outward, levels.facing)
+        radius = nearest.distances(middle, outward)
         first = int(radius.argmax())
         if radius[first] > best:
             best, found = float(radius[first]), (middle[first], outward[first])
@@ -128,20 +132,51 @@ def largest_free_disc(corners, points, normals, levels: Levels = Levels()) -> Fr
     return FreeDisc(*found, 2.0 * best)
 
 
-def _nearest(tree: cKDTree, normals, at, outward, facing: float) -> np.ndarray:
-    """(n,) distance of places (n, 3) with normals (n, 3) from the nearest point of a tree that does
-    not face away from them, length; from the nearest point where all do."""
-    out, left, k = np.zeros(len(at)), np.arange(len(at)), 1
-    while len(left):
-        away, near = tree.query(at[left], k=min(k, tree.n))
-        away, near = away.reshape(len(left), -1), near.reshape(len(left), -1)
-        cosine = np.einsum("nkj,nj->nk", normals[near], outward[left])
-        facing_it = cosine >= -facing
-        out[left] = away[np.arange(len(left)), facing_it.argmax(axis=1)]
-        left, k = left[~facing_it.any(axis=1)], 4 * k
-        if k >= 4 * tree.n:
-            break
-    return out
+class _Facing:
+    """Points (m, 3) with their normals, for the nearest one that does not face away from a place:
+    whose normal has a cosine of -``facing`` or more with the one there."""
+
+    def __init__(self, points, normals, facing: float) -> None:
+        self._points, self._normals, self._facing = points, normals, facing
+        self._tree = cKDTree(points)
+        # Of points that may face a direction, by that.
+        self._groups: dict[tuple[float, ...], tuple[cKDTree, np.ndarray]] = {}
+
+    def distances(self, at, outward) -> np.ndarray:
+        """(n,) of places (n, 3) with normals (n, 3) from the nearest such point, length; from the
+        nearest of all where all face away."""
+        out, near = self._tree.query(at)
+        away = np.flatnonzero((self._normals[near] * outward).sum(axis=1) < -self._facing)
+        # A wall that is thinner than its samples are apart has many that face away.
+        axes, group = np.unique(np.round(outward[away]), axis=0, return_inverse=True)
+        for k, axis in enumerate(axes):
+            own = away[group.ravel() == k]
+            tree, normals = self._group(axis)
+            found = self._among(tree, normals, at[own], outward[own])
+            out[own] = np.where(np.isfinite(found), found, out[own])
+        return out
+
+    def _group(self, axis) -> tuple[cKDTree, np.ndarray]:
+        """Points that may face a direction that rounds to an axis (3,), which is within 45 degrees
+        of it, and their normals."""
+        key = tuple(axis.tolist())
+        if key not in self._groups:
+            most = np.arccos(-self._facing) + 0.25 * np.pi
+            some = self._normals @ axis >= np.cos(min(most, np.pi)) * np.linalg.norm(axis) - 1e-9
+            self._groups[key] = cKDTree(self._points[some]), self._normals[some]
+        return self._groups[key]
+
+    def _among(self, tree: cKDTree, normals, at, outward) -> np.ndarray:
+        """(n,) distances from the nearest point of a tree that does not face away; infinite where
+        all do."""
+        out, left, k = np.full(len(at), np.inf), np.arange(len(at)), 1
+        while len(left) and tree.n and k < 4 * tree.n:
+            far, near = (x.reshape(len(left), -1) for x in tree.query(at[left], min(k, tree.n)))
+            fits = np.einsum("nkj,nj->nk", normals[near], outward[left]) >= -self._facing
+            first = far[np.arange(len(left)), fits.argmax(axis=1)]
+            out[left] = np.where(fits.any(axis=1), first, np.inf)
+            left, k = left[~fits.any(axis=1)], 4 * k
+        return out
 
 
 def _quarters(corners) -> np.ndarray:
