@@ -50,7 +50,10 @@ def test_every_file_is_a_module_and_every_folder_is_installed():
     assert set(settings["tool"]["setuptools"]["packages"]) == packages
 
 
-@pytest.mark.parametrize("name", ["touchatlas", *(f"touchatlas.{storey}" for storey in STOREYS)])
+PUBLIC = ("touchatlas", *(f"touchatlas.{storey}" for storey in (*STOREYS, "planner.drivers")))
+
+
+@pytest.mark.parametrize("name", PUBLIC)
 def test_public_names_are_listed_before_they_are_loaded(name):
     """``dir`` and the completion of names ask ``__dir__``."""
     package = importlib.import_module(name)

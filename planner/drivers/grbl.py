@@ -20,10 +20,14 @@ from touchatlas.planner.drivers.grbl_words import (
     probed_of,
     status_of,
 )
-from touchatlas.planner.drivers.guarded import MachineFault
+from touchatlas.planner.drivers.guarded import (
+    MILLIMETRES,
+    MachineFault,
+    check_overtravel,
+    millimetres_of,
+)
 from touchatlas.planner.drivers.lines import Lines, open_lines
 
-_MILLIMETRES = {"mm": 1.0, "in": 25.4}
 # Digits of a coordinate in mm that a line holds; grbl's steps are coarser.
 _DIGITS = 4
 _SILENT = "the controller does not answer; see cable, port and baud rate"
@@ -56,20 +60,18 @@ class Grbl:
     def __init__(
         self, lines: Lines, unit: str = "mm", overtravel: float = 2.0, patience: float = 3.0
     ) -> None:
-        if unit not in _MILLIMETRES:
-            raise ValueError(f"unit is {unit!r}; it must be mm or in")
-        self._lines, self._unit, self._patience = lines, _MILLIMETRES[unit], patience
+        self._lines, self._unit, self._patience = lines, millimetres_of(unit), patience
         self._overtravel = overtravel
         self._wake()
         settings = self._settings()
-        self._report = 25.4 if settings.get("13", 0.0) == 1.0 else 1.0
+        self._report = MILLIMETRES["in" if settings.get("13", 0.0) == 1.0 else "mm"]
         self._offset = self._work_offset() / self._unit
         self._bounds = self._limits(settings)
         self._slowest = min(settings.get(f"{n}", np.inf) for n in (120, 121, 122)) / self._unit
 
     @classmethod
     def connect(cls, where: str, baud: int = 115200, **settings) -> "Grbl":
-        """Connect to tcp://HOST:PORT or a serial port such as /dev/ttyUSB0."""
+        """Connect to ``tcp://HOST:PORT`` or a serial port such as ``/dev/ttyUSB0``."""
         lines = open_lines(where, baud)
         try:
             return cls(lines, **settings)
@@ -108,7 +110,8 @@ class Grbl:
 
     def _probed(self, word: str, target, feed: float) -> np.ndarray | None:
         """Machine coordinates (3,) where a probing move ended by its probe, or None."""
-        self._check_feed(feed)
+        stop = feed * feed / (2.0 * self._slowest)
+        check_overtravel(stop, feed, self._overtravel)
         start = self.position()
         length = float(np.linalg.norm(target - start))
         places = "".join(
@@ -132,15 +135,6 @@ class Grbl:
         place, success = found
         # Without success the place may be that of an earlier contact.
         return place * self._report / self._unit if success else None
-
-    def _check_feed(self, feed: float) -> None:
-        """Refuse a feed from which the probe is pushed too far."""
-        stop = feed * feed / (2.0 * self._slowest)
-        if stop > self._overtravel:
-            raise ValueError(
-                f"from a feed of {feed:.4g}/s the machine stops {stop:.3g} past a contact, more "
-                f"than the probe's overtravel of {self._overtravel:.4g}; give a slower feed"
-            )
 
     def _reported(self, text: str) -> np.ndarray:
         """Coordinates (3,) of a report, in the unit of places here."""

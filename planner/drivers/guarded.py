@@ -42,6 +42,27 @@ class Controller(Protocol):
         """Go straight to a target and stop where contact ends: whether it ended."""
 
 
+# Units that controllers have.
+MILLIMETRES = {"mm": 1.0, "in": 25.4}
+
+
+def millimetres_of(unit: str) -> float:
+    """Millimetres in a unit of a controller; ValueError for another one."""
+    if unit not in MILLIMETRES:
+        raise ValueError(f"unit is {unit!r}; it must be {' or '.join(MILLIMETRES)}")
+    return MILLIMETRES[unit]
+
+
+def check_overtravel(stop: float, feed: float, overtravel: float) -> None:
+    """ValueError for a feed, length/s, from which a machine stops a length ``stop`` past a contact,
+    more than the probe can be pushed."""
+    if stop > overtravel:
+        raise ValueError(
+            f"from a feed of {feed:.4g}/s the machine stops {stop:.3g} past a contact, more than "
+            f"the probe's overtravel of {overtravel:.4g}; give a slower feed"
+        )
+
+
 _LENGTHS = ("feed", "travel", "chatter", "release")
 
 

@@ -9,9 +9,8 @@ import time
 
 import numpy as np
 
-from touchatlas.planner.drivers.guarded import MachineFault
+from touchatlas.planner.drivers.guarded import MachineFault, check_overtravel, millimetres_of
 
-_MILLIMETRES = {"mm": 1.0, "in": 25.4}
 _MODES = "G17 G40 G80 G90 G94"
 
 
@@ -35,8 +34,7 @@ class LinuxCnc:
     """
 
     def __init__(self, unit: str = "mm", overtravel: float = 2.0, patience: float = 5.0) -> None:
-        if unit not in _MILLIMETRES:
-            raise ValueError(f"unit is {unit!r}; it must be mm or in")
+        self._millimetres = millimetres_of(unit)
         try:
             import linuxcnc
         except ImportError:
@@ -52,8 +50,7 @@ class LinuxCnc:
         except linuxcnc.error as error:
             raise MachineFault(f"LinuxCNC does not answer ({error}); start it first") from None
         # Units of the machine in a millimetre, and in a unit of ours.
-        self._units = self._stat.linear_units * _MILLIMETRES[unit]
-        self._millimetres = _MILLIMETRES[unit]
+        self._units = self._stat.linear_units * self._millimetres
         self._check_ready()
         self.period = 1e-9 * float(
             linuxcnc.ini(self._stat.ini_filename).find("EMCMOT", "SERVO_PERIOD") or 1e6
@@ -86,7 +83,9 @@ class LinuxCnc:
     def _probed(self, word: str, target, feed: float) -> np.ndarray | None:
         """Work coordinates (3,) where a probing move ended by its probe, or None."""
         stat = self._polled()
-        self._check_feed(feed, stat.max_acceleration / self._units)
+        # The planner of motion brakes with half of the acceleration, and two periods late.
+        stop = feed * feed * self._units / stat.max_acceleration + 2.0 * feed * self.period
+        check_overtravel(stop, feed, self._overtravel)
         length = float(np.linalg.norm(target - self._place(stat.actual_position[:3])))
         if length * self._millimetres < 1e-5:
             return None
@@ -127,18 +126,6 @@ class LinuxCnc:
             )
         self._command.mode(api.MODE_MDI)
         self._command.wait_complete(self._patience)
-
-    def _check_feed(self, feed: float, acceleration: float) -> None:
-        """Refuse a feed from which the probe is pushed too far.
-
-        The planner of motion brakes with half of the acceleration, and two periods late.
-        """
-        stop = feed * feed / acceleration + 2.0 * feed * self.period
-        if stop > self._overtravel:
-            raise ValueError(
-                f"from a feed of {feed:.4g}/s the machine stops {stop:.3g} past a contact, more "
-                f"than the probe's overtravel of {self._overtravel:.4g}; give a slower feed"
-            )
 
     def _do(self, line: str, seconds: float | None = None) -> None:
         """Carry out a line of G-code and wait for its end.

@@ -4,11 +4,12 @@ import tomllib
 from dataclasses import asdict, fields
 from pathlib import Path
 
+from touchatlas.planner.drivers.guarded import MILLIMETRES
 from touchatlas.planner.drivers.qualification import Qualification
 from touchatlas.planner.tracking.options import Tip
 
 # Millimetres in each unit that a file may name.
-_MILLIMETRES = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3, "in": 25.4}
+_MILLIMETRES = {"um": 1e-3, "cm": 10.0, "m": 1e3, **MILLIMETRES}
 
 
 def probe_toml(found: Qualification, ball_radius: float, unit: str, source: str) -> str:

@@ -66,8 +66,8 @@ def fit_ball(points, forces=None, compliance: float | None = None) -> Ball:
     Raises
     ------
     ValueError
-        Fewer than six points, or points on one side or in one plane, so that centre and radius
-        cannot be told.
+        Fewer than six points, points on one side or in one plane, so that centre and radius cannot
+        be told, or points for which the least squares do not settle.
 
     Examples
     --------
@@ -84,7 +84,8 @@ def fit_ball(points, forces=None, compliance: float | None = None) -> Ball:
     forces = np.zeros_like(points) if forces is None else frozen_array(forces, (None, 3), "forces")
     free = compliance is None and forces.any()
     bend = 0.0 if compliance is None else compliance
-    scale = float(np.ptp(points, axis=0).max())
+    middle = points.mean(axis=0)
+    points, scale = points - middle, float(np.ptp(points, axis=0).max())
     unknowns = np.append(_algebraic(points), bend)
     for _ in range(50):
         offset = points + unknowns[4] * forces - unknowns[:3]
@@ -99,21 +100,26 @@ def fit_ball(points, forces=None, compliance: float | None = None) -> Ball:
                 "the points do not tell a ball; touch it all around, from the pole to the equator"
             )
         unknowns[: len(step)] += step
-        if np.abs(step[:4]).max() < 1e-13 * scale:
+        if np.abs(step[:4]).max() < 1e-10 * scale:
             break
+    else:
+        raise ValueError(
+            "the points lie on no ball: the least squares do not settle in 50 steps; see that all "
+            "are on one ball, and in one frame and unit"
+        )
     covariance = np.zeros((5, 5))
     covariance[: len(step), : len(step)] = np.linalg.inv(jacobian.T @ jacobian)
-    return Ball(unknowns[:3], float(unknowns[3]), float(unknowns[4]), residuals, covariance)
+    return Ball(
+        unknowns[:3] + middle, float(unknowns[3]), float(unknowns[4]), residuals, covariance
+    )
 
 
 def _algebraic(points) -> np.ndarray:
     """Centre and radius (4,) by |p|^2 = 2 c p + r^2 - |c|^2, which is linear."""
-    middle = points.mean(axis=0)
-    p = points - middle
-    rows = np.hstack([2.0 * p, np.ones((len(p), 1))])
-    solution = np.linalg.lstsq(rows, (p * p).sum(axis=1), rcond=None)[0]
+    rows = np.hstack([2.0 * points, np.ones((len(points), 1))])
+    solution = np.linalg.lstsq(rows, (points * points).sum(axis=1), rcond=None)[0]
     square = solution[3] + solution[:3] @ solution[:3]
-    return np.append(solution[:3] + middle, np.sqrt(max(square, 0.0)))
+    return np.append(solution[:3], np.sqrt(max(square, 0.0)))
 
 
 def pattern_1x25(axis) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.planner.drivers.linuxcnc_program import star_of
+from touchatlas.planner.drivers.linuxcnc_files import star_of
 
 
 def hit(measure, radius):

@@ -152,6 +152,7 @@ def test_errors_that_neighbours_share_make_the_radius_less_sure():
         (pattern_1x25([0, 0, 1.0])[-8:], 0.5, "touch it all around"),
         (pattern_1x25([0, 0, 1.0])[:5], 0.5, "too few"),
         (pattern_1x25([0, 0, 1.0]), 0.0, "must be more than 0"),
+        (np.random.default_rng(6).normal(size=(8, 3)) * [1, 1, 0.3], 0.5, "lie on no ball"),
     ],
 )
 def test_what_tells_no_ball_is_refused_in_a_sentence(points, ball, words):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from touchatlas.planner.drivers.qualify_recording import qualify_recording
 from touchatlas.planner.drivers.recording import Recording
+from touchatlas.planner.drivers.scanned_ball import qualify_recording
 
 BALL, TIP, STIFFNESS, RATE = 12.5, 1.0, 2.0, 250.0
 

@@ -12,7 +12,7 @@ from touchatlas.atlas import TouchStatus
 from touchatlas.patch import ContourEnd, SamplingPlane
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.drivers.guarded import GuardOptions, lateness
-from touchatlas.planner.drivers.linuxcnc_program import (
+from touchatlas.planner.drivers.linuxcnc_files import (
     linuxcnc_program,
     log_name,
     star_of,

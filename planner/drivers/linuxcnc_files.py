@@ -13,12 +13,11 @@ import numpy as np
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
-from touchatlas.planner.drivers.guarded import GuardOptions, late, lateness
+from touchatlas.planner.drivers.guarded import GuardOptions, late, lateness, millimetres_of
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
 _UNITS = {"mm": "G21", "in": "G20"}
-_MILLIMETRES = {"mm": 1.0, "in": 25.4}
 # Moves to a point, measures, and leaves it; what the point met decides whether its arm goes on.
 _SUBROUTINES = """\
 o<way> sub (to #1 #2 #3; contact ends the program)
@@ -124,8 +123,7 @@ def linuxcnc_program(
     name : str
         Of the logs: letters, digits, - and _.
     """
-    if unit not in _UNITS:
-        raise ValueError(f"unit is {unit!r}; it must be mm or in")
+    millimetres = millimetres_of(unit)
     if not plans:
         raise ValueError("there are no plans; give those that Planner.ask has returned")
     if not name.replace("-", "").replace("_", "").isalnum():
@@ -136,7 +134,7 @@ def linuxcnc_program(
         float(np.linalg.norm(np.diff([m.start for m in star], axis=0), axis=1).min())
         for star in stars
     )
-    if apart * _MILLIMETRES[unit] < _SHORTEST:
+    if apart * millimetres < _SHORTEST:
         raise ValueError(
             f"points are {apart:.3g} apart, nearer than LinuxCNC probes, {_SHORTEST} mm; give "
             "fewer points an arm, or a larger reach"
