@@ -7,12 +7,13 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
+from touchatlas.atlas.files import write_whole
 from touchatlas.sim.command.learn import Vector
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole, with_options
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.folder.out_folder import check_out_file
+from touchatlas.sim.folder.out_folder import check_new_file
 from touchatlas.sim.folder.program_files import program_of
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.run.learning import begin_with_start, plans_of
@@ -30,6 +31,7 @@ def next_(
     outward: Vector = None,
     noise: Annotated[float | None, Parameter(show_default=False)] = None,
     program: Annotated[Path | None, Parameter(show_default=False)] = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
     json_: Json = False,
 ) -> int:
     """Say where to touch now: a table, and plans.csv and plans.json in the folder of the run.
@@ -55,11 +57,13 @@ def next_(
         A file that gets the plans as a program for LinuxCNC, of probing moves alone. It writes a
         log for each plan, touch-0003.txt for plan 3, in the active work system; learn takes these
         with --tip.
+    force
+        Replace that file.
     """
     if count < 1:
-        raise ValueError(f"count is {count}; give a whole number, 1 or more")
+        raise ValueError(f"--count is {count}; give a whole number, 1 or more")
     if program is not None:
-        check_out_file(program)
+        check_new_file(program, "--program", force)
     if start is not None:
         _begin(run, start, outward, noise, options)
     elif options != LearnOptions() or noise is not None or outward is not None:
@@ -75,7 +79,7 @@ def next_(
     with shown("choosing where to touch"):
         plans, reason, unit = plans_of(run, count)
     if plans and program is not None:
-        program.write_text(program_of(plans, unit), encoding="utf-8")
+        write_whole(program, program_of(plans, unit).encode())
     if not plans:
         say(f"there is no further plan: {reason}")
     if json_:

@@ -9,16 +9,18 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
+from touchatlas.atlas.files import write_whole
 from touchatlas.planner.drivers.probe_file import known_of, probe_toml
 from touchatlas.planner.drivers.qualification import Qualification
 from touchatlas.planner.drivers.qualification import qualify as qualify_points
-from touchatlas.planner.drivers.qualify_recording import qualify_recording
 from touchatlas.planner.drivers.recording import Recording
+from touchatlas.planner.drivers.scanned_ball import qualify_recording
 from touchatlas.planner.tracking.options import TrackingOptions
 from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.folder.out_folder import check_out_file
+from touchatlas.sim.folder.out_folder import check_new_file
+from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.machine.options import ARM, MEASURING, SCANNING, TRIGGER
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
@@ -106,11 +108,16 @@ def qualify(
     force
         Replace it.
     """
-    check_out_file(out)
-    if out.exists() and not force:
-        raise ValueError(f"{out} is there already; give another --out, or --force to replace it")
+    check_new_file(out, "--out", force)
     if unit and unit not in UNITS:
-        raise ValueError(f"there is no unit {unit!r}; give mm, m, in, cm or um")
+        raise ValueError(f"--unit is {unit!r}; it must be mm, m, in, cm or um")
+    if machine not in NOISE:
+        raise ValueError(f"--machine is {machine!r}; it must be one of {', '.join(NOISE)}")
+    for flag, value in (("--ball", ball), ("--stiffness", stiffness), ("--least", least)):
+        check_number(flag, value)
+    stds = ("--ball-std", ball_std), ("--stiffness-std", stiffness_std), ("--radius", radius)
+    for flag, value in stds:
+        check_number(flag, value, or_zero=True)
     known: dict[str, Any] = {"ball_std": ball_std, "radius": radius, "stiffness": stiffness}
     known |= {"stiffness_std": stiffness_std, "axis": _direction(axis)}
     held: Recording | np.ndarray | None
@@ -133,7 +140,7 @@ def qualify(
     else:
         found = qualify_points(held, ball, **known)
     source = f"touchatlas qualify {points.name}, {found.points} points"
-    out.write_text(probe_toml(found, ball, unit, source), encoding="utf-8")
+    write_whole(out, probe_toml(found, ball, unit, source).encode())
     _print(found, unit, out, json_)
     return 0
 
@@ -144,8 +151,6 @@ def _simulated(name: str, machine: str, ball: float, seed: int) -> Recording | n
     from touchatlas.sim.machine.options import ProbeOptions
 
     options = ProbeOptions(name, machine)
-    if not 0.0 < ball < np.inf:
-        raise ValueError(f"--ball is {ball:g}; give a radius in mm, more than 0")
     probe = probe_before_a_ball(options, ball, NOISE[machine], np.random.default_rng(seed))
     return measured_on_a_ball(probe, ball)
 

@@ -41,6 +41,14 @@ def check_out_file(path) -> None:
         raise ValueError(f"{path.parent} is not a folder; make it, or give another for the file")
 
 
+def check_new_file(path, flag: str, force: bool) -> None:
+    """The same, and for one that is there already, unless it is to be replaced by force; ``flag``
+    names it."""
+    check_out_file(path)
+    if Path(path).exists() and not force:
+        raise ValueError(f"{path} is there already; give another {flag}, or --force to replace it")
+
+
 def default_folder(name: str, options: RunOptions) -> Path:
     """runs/OBJECT-SEED, followed by the options that are not the default: two runs of different
     options have different folders."""

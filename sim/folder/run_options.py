@@ -36,7 +36,8 @@ class RunOptions:
         Of the lengths of a mesh whose file names none: mm, m, in, cm, um or ft. Nothing is
         converted.
     fault : str
-        What is wrong with the probe, to see what the atlas makes of it, as noise=3,moved=5:touch5.
+        What is wrong with the probe, to see what the atlas makes of it, as noise=3,moved=5:touch5,
+        each once.
         noise=N: N times the stated noise. tip=L: all points lie that far outside. plane=A: planes
         are turned by A degrees. displaced=T: each curve is displaced by T tolerances. drift=T: by T
         tolerances a touch. moved=T:touchK: the object moves by T tolerances before touch K.

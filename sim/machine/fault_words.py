@@ -3,10 +3,14 @@
 import re
 from typing import NamedTuple
 
+import numpy as np
+
 NOISE, TIP, PLANE, DISPLACED, DRIFT, MOVED, OUTLIERS, LOST = (
     *("noise", "tip", "plane", "displaced", "drift", "moved", "outliers", "lost"),
 )
 NAMES = (NOISE, TIP, PLANE, DISPLACED, DRIFT, MOVED, OUTLIERS, LOST)
+# Shares; and degrees, because contours that are turned more are in no plane.
+_MOST = {OUTLIERS: 1.0, LOST: 1.0, PLANE: 30.0}
 _WORD = re.compile(r"(\w+)=([0-9.eE+-]+)(?::touch(\d+))?")
 
 
@@ -19,7 +23,8 @@ class Fault(NamedTuple):
 
 
 def faults_of(words: str) -> tuple[Fault, ...]:
-    """The faults that a text names, in its order; each can begin at a touch.
+    """The faults that a text names, in its order, with commas between them; each can begin at a
+    touch.
 
     Raises
     ------
@@ -33,7 +38,12 @@ def faults_of(words: str) -> tuple[Fault, ...]:
     """
     if not isinstance(words, str):
         raise ValueError(f"fault is {words!r}; it must be text, as noise=3,moved=5:touch4")
-    return tuple(_fault_of(word.strip()) for word in words.split(",") if word.strip())
+    found = tuple(_fault_of(word.strip()) for word in words.split(",")) if words.strip() else ()
+    names = [fault.name for fault in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"fault is {words!r}; it names {name} twice: give each fault once")
+    return found
 
 
 def _fault_of(word: str) -> Fault:
@@ -45,8 +55,15 @@ def _fault_of(word: str) -> Fault:
     if found is None or found[1] not in NAMES or not 0.0 <= size < float("inf"):
         raise ValueError(
             f"fault is {word!r}; it must be a name, = and a size of 0 or more, as noise=3, and may "
-            f"end with the touch that it begins with, as :touch5; names are {', '.join(NAMES)}"
+            "end with the touch that it begins with, as :touch5; there are commas between several, "
+            f"and names are {', '.join(NAMES)}"
         )
-    if found[1] in (OUTLIERS, LOST) and size > 1.0:
-        raise ValueError(f"fault is {word!r}; a share is 1 at most")
-    return Fault(found[1], size, int(found[3] or 0))
+    name, begins = found[1], int(found[3] or 0)
+    if size > _MOST.get(name, np.inf):
+        raise ValueError(f"fault is {word!r}; {name} is {_MOST[name]:g} at most")
+    if name == MOVED and not begins:
+        raise ValueError(
+            f"fault is {word!r}; give the touch before which the object moves, 1 or more, as "
+            f"{name}={found[2]}:touch5"
+        )
+    return Fault(name, size, begins)

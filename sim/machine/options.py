@@ -44,7 +44,7 @@ class ProbeOptions:
         # What other packages add is looked for where the name is none of ours.
         probes += () if self.name in probes else (*added(PROBES),)
         for name, value, known in (
-            ("probe", self.name, probes),
+            ("name", self.name, probes),
             ("machine", self.machine, (ARM, MEASURING)),
         ):
             if value not in known:

@@ -22,6 +22,9 @@ def folder(tmp_path):
 
 def test_the_log_of_a_program_is_an_answer_to_its_plan(folder):
     assert "(PROBEOPEN touch-0000.txt)" in (folder / "probe.ngc").read_text()
+    again = ("next", "run", "--program", "probe.ngc")
+    assert_refused(touchatlas(*again, cwd=folder), 2, "give another --program, or --force")
+    assert touchatlas(*again, "--force", cwd=folder).returncode == 0
     plan = pending_plans(folder / "run")[0]
     log = folder / "touch-0000.txt"
     log.write_text(log_of(plan, TriggerOptions(), BALL + TIP))

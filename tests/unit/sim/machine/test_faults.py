@@ -135,5 +135,17 @@ def test_words_that_name_no_fault_are_refused():
     for words in ("noise", "noise=", "noise=-1", "wrong=2", "noise=3;tip=2", "noise=1e999"):
         with pytest.raises(ValueError, match="fault is .*names are noise, tip, plane"):
             RunOptions(fault=words)
-    with pytest.raises(ValueError, match="a share is 1 at most"):
-        RunOptions(fault="outliers=2")
+    for words, said in (
+        ("outliers=2", "outliers is 1 at most"),
+        ("plane=1000", "plane is 30 at most"),
+        ("noise=3,tip=1,noise=2", "names noise twice"),
+        ("noise=3,", "there are commas between several"),
+        ("moved=5", "give the touch before which the object moves"),
+        ("moved=5:touch0", "as moved=5:touch5"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            RunOptions(fault=words)
+
+
+def test_planes_may_be_turned_as_far_as_contours_allow():
+    assert probe("plane=30")(plan()).status is TouchStatus.TOUCHED

@@ -53,7 +53,7 @@ def test_flags_of_probes_and_faults_are_listed_and_checked(tmp_path):
     for words in ("--probe ", "--probe.radius", "--fault", "noise=N", "moved=T:touchK"):
         assert words in found
     for flag, value, words in (
-        ("--probe", "best", "probe is 'best'; it must be one of ideal, scanning, trigger"),
+        ("--probe", "best", "--probe is 'best'; it must be one of ideal, scanning, trigger"),
         ("--fault", "noise", "fault is 'noise'; it must be a name, = and a size"),
         ("--probe.radius", "2", "the probe is ideal, which has none; give --probe scanning or"),
     ):
