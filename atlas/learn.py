@@ -356,7 +356,8 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
 def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray, Shift]:
     """The ``innovations`` of new samples, and what those with normals (n, 3) say of a shift of the
     object: those within a step of others, where the surface faces as they do. Farther away it may
-    have features that no sample met, and where it is turned an edge lies between."""
+    have features that no sample met, and where it is turned an edge lies between. A surface that
+    is farther from a sample than the others are does not follow those."""
     if state.body is None:
         return np.zeros((0, 6)), Shift()
     noise = np.broadcast_to(np.asarray(noise, float), len(points))
@@ -370,6 +371,7 @@ def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray
     step = np.median(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))
     sure = known & (found.deviation <= state.sample_std) & (away <= step)
     sure &= (found.normal * normals).sum(axis=1) > state.levels.facing
+    sure &= np.abs(found.distance) <= away + state.levels.sure * std
     square = state.law.scale(found.deviation[sure]) ** 2 + noise[sure] ** 2
     return news, shift_of(found.distance[sure], found.normal[sure], square, state.law.freedom)
 

@@ -34,6 +34,9 @@ class PlannerLevels:
         Deviation at which arms may end, in scales of the atlas.
     closer : float
         Factor by which arms and steps shrink where contours were too short.
+    behind : float
+        Area expected behind an opening, over that of the unknown strip beside its rim, where no
+        touch has found any yet.
     hidden_hole : float
         Radius of the smallest hole that is looked for between samples, in extents.
     room : float
@@ -51,6 +54,7 @@ class PlannerLevels:
     surest: float = 0.3
     known: float = 0.36
     closer: float = 0.35
+    behind: float = 4.0
     hidden_hole: float = 0.025
     room: float = 0.02
     patience: int = 16

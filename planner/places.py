@@ -25,6 +25,10 @@ from touchatlas.atlas.mesh.surface import (
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.patch.geometry.normal_error import SURE
+from touchatlas.planner.known import Areas
+
+# Parts of the strip beside a rim in which the surface is looked for.
+_PARTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +45,10 @@ class Places:
     area : (n,) float, length^2
     rim, rim_normals : (k, 3) float, length; unit, world
         Middles of the edges at which the surface ends.
-    rim_area : (k,) float, length^2
-        Area beside each of them that is taken to be unknown.
+    rim_area : (k, s) float, length^2
+        Area of the parts of the strip beside each of them, beyond the triangles.
+    rim_deviation : (k, s) float, length
+        Deviation of the surface there; infinite where it is not known.
     rim_size : (k,) float, length
         Diagonal of the bounding box of the hole or opening that each is of.
     rim_slope : (k,) float
@@ -59,21 +65,30 @@ class Places:
     rim: np.ndarray
     rim_normals: np.ndarray
     rim_area: np.ndarray
+    rim_deviation: np.ndarray
     rim_size: np.ndarray
     rim_slope: np.ndarray
     surface: Surface | None = None
 
-    def areas(self, tolerance: float, law: PredictiveLaw, counted) -> tuple[float, float, float]:
-        """Expected area within a tolerance by a law of errors; all area, with that beside the rims
-        ``counted`` (k,) bool; and the first by the law that comes before all samples, length^2."""
-        inside = float(self.area @ law.chance(tolerance, self.deviation, self.away))
-        unscaled = float(self.area @ PredictiveLaw().chance(tolerance, self.deviation, 0.0))
-        return inside, float(self.area.sum() + self.rim_area[counted].sum()), unscaled
+    def areas(self, tolerance: float, law: PredictiveLaw, counted) -> "Areas":
+        """Areas of the triangles and of the strips beside the rims ``counted`` (k,) bool, with
+        what a law of errors says of a tolerance, length."""
+        strip, beside = self.rim_area[counted].ravel(), self.rim_deviation[counted].ravel()
+        known = np.isfinite(beside)
+        area = np.append(self.area, strip[known])
+        deviation = np.append(self.deviation, beside[known])
+        away = np.append(self.away, np.zeros(known.sum()))
+        return Areas(
+            float(area @ law.chance(tolerance, deviation, away)),
+            float(area @ PredictiveLaw().chance(tolerance, deviation, 0.0)),
+            float(area.sum()),
+            float(strip[~known].sum()),
+        )
 
     def some(self, points, rims) -> "Places":
         """Those of the triangles ``points`` (n,) bool, and of the ``rims`` (k,) bool."""
         of = dict.fromkeys(("points", "normals", "deviation", "away", "area"), points)
-        of |= dict.fromkeys(("rim", "rim_normals", "rim_area", "rim_size", "rim_slope"), rims)
+        of |= dict.fromkeys((name for name in vars(self) if name.startswith("rim")), rims)
         return replace(self, **{name: getattr(self, name)[which] for name, which in of.items()})
 
     @property
@@ -115,24 +130,24 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
     """
     body = atlas.body
     if body is None:
-        none, no = np.zeros((0, 3)), np.zeros(0)
-        return Places(none, none, no, no, no, none, none, no, no, no)
+        none, no, parts = np.zeros((0, 3)), np.zeros(0), np.zeros((0, _PARTS))
+        return Places(none, none, no, no, no, none, none, parts, parts, no, no)
     coarse = planning_cube(atlas)
     cube = coarse if cube is None else cube
     drawn = _drawn(body, cube)
     vertices, faces = drawn.vertices, drawn.faces
-    ends, of, size, slope = _ends(drawn)
+    ends, of, size, slope, enclosed = _ends(drawn)
     chord = vertices[ends[:, 1]] - vertices[ends[:, 0]]
     length = np.linalg.norm(chord, axis=1)
     outward = _unit(drawn.normals[ends].sum(axis=1))
+    onward = _unit(np.cross(chord, outward))
     middle = vertices[ends].mean(axis=1)
     # A surface in cubes ends within two of them of its rim.
     left = ~atlas.rims.at(middle, 2.0 * coarse)
     left &= ~body.beyond(middle, outward)
     if body.is_one_face:
         large = np.flatnonzero(size > LARGEST * body.extent)
-        away = cube * _unit(np.cross(chord[large], outward[large]))
-        left[large] &= _are_open(body, middle[large], away, of[large])
+        left[large] &= _are_open(body, middle[large], cube * onward[large], of[large])
     normals = np.cross(
         vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
     )
@@ -140,7 +155,13 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
     middles = vertices[faces].mean(axis=1)
     within = ~body.beyond(middles, normals)
     # Half of what is believed across, or the part of a round hole: a fourth of rim times diameter.
-    strip = np.minimum(0.5 * body.reach, 0.25 * size) * length
+    width = np.minimum(0.5 * body.reach, 0.25 * size)
+    beside = _beside(body, middle, width[:, None] * onward)
+    strip = np.repeat((width * length)[:, None] / _PARTS, _PARTS, axis=1)
+    # Strips overlap in a narrow hole; what is known is no more than its rim encloses.
+    known = np.bincount(of, (strip * np.isfinite(beside)).sum(axis=1))[of]
+    share = np.minimum(enclosed / np.maximum(known, np.finfo(float).tiny), 1.0)
+    strip *= np.where(np.isfinite(beside), share[:, None], 1.0)
     return Places(
         middles[within],
         normals[within],
@@ -150,6 +171,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
         middle[left],
         outward[left],
         strip[left],
+        beside[left],
         size[left],
         slope[left],
         drawn,
@@ -177,23 +199,31 @@ def planning_cube(atlas: Atlas) -> float:
     return max(min(4.0 / 3.0 * cube, WITHIN_REACH * body.reach), body.extent / 64)
 
 
-def _ends(drawn: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _ends(drawn: Surface) -> tuple[np.ndarray, ...]:
     """The edges (k, 2) at which a surface ends, and of all that hang together their number (k,),
-    the diagonal (k,) of their bounding box, length, and the slope (k,) at which the surface ends.
-    """
+    the diagonal (k,) of their bounding box, length, the slope (k,) at which the surface ends, and
+    the area (k,), length^2, that they enclose."""
     vertices, faces = drawn.vertices, drawn.faces
     ends = igl.boundary_facets(faces)[0] if len(faces) else np.zeros((0, 2), int)
     ends = np.reshape(ends, (-1, 2))
     count = len(vertices)
     graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), (count, count))
     of = connected_components(graph, directed=False)[1][ends[:, 0]]
-    size, slope = np.zeros((2, len(ends)))
+    size, slope, enclosed = np.zeros((3, len(ends)))
     for number in np.unique(of).tolist():
         mine = of == number
         rim = np.unique(ends[mine])
         size[mine] = diameter(vertices[rim])
         slope[mine] = slope_of_rim(vertices[rim], drawn.normals[rim])
-    return ends, of, size, slope
+        enclosed[mine] = _enclosed(*vertices[ends[mine]].transpose(1, 0, 2))
+    return ends, of, size, slope, enclosed
+
+
+def _enclosed(start, end) -> float:
+    """Area, length^2, that the edges from ``start`` (k, 3) to ``end`` (k, 3) of closed curves
+    enclose: the length of its vector, half of the sum of the cross products (Stokes)."""
+    middle = start.mean(axis=0)
+    return float(0.5 * np.linalg.norm(np.cross(start - middle, end - middle).sum(axis=0)))
 
 
 def _are_open(body: Body, rim, away, of) -> np.ndarray:
@@ -208,6 +238,16 @@ def _are_open(body: Body, rim, away, of) -> np.ndarray:
         known += body.at(beyond - at.distance[:, None] * at.normal)[1] / 3.0
     of = np.unique(of, return_inverse=True)[1]
     return np.asarray((np.bincount(of, known) / np.bincount(of))[of] < 0.95)
+
+
+def _beside(body: Body, rim, across) -> np.ndarray:
+    """(k, s) deviations, length, of the surface in parts of the strips that go from the middles of
+    rims (k, 3) as far as ``across`` (k, 3), length; infinite where it is not known."""
+    parts = (np.arange(_PARTS) + 0.5) / _PARTS
+    beyond = (rim[:, None] + parts[:, None] * across[:, None]).reshape(-1, 3)
+    at = body.field.at(beyond)
+    found, known = body.at(beyond - at.distance[:, None] * at.normal)
+    return np.where(known, found.deviation, np.inf).reshape(-1, _PARTS)
 
 
 def _unit(vectors) -> np.ndarray:

@@ -15,7 +15,7 @@ from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.behind_edges import sharp_bends
 from touchatlas.planner.clearance import pin_is_clear
 from touchatlas.planner.features import free_disc
-from touchatlas.planner.known import KnownArea
+from touchatlas.planner.known import Areas, KnownArea
 from touchatlas.planner.options import TOLERANCE, PlannerOptions
 from touchatlas.planner.places import Places, places_of
 from touchatlas.planner.plans import ending_where_known, plan_at
@@ -87,7 +87,7 @@ class Planner:
         # Whether the body that the last plan went by is one face.
         self._is_one = False
         # What is known, and the answers that it was last measured after.
-        self._known, self._measured = KnownArea(), -1
+        self._known, self._measured = KnownArea(self.options.levels), -1
         # How far from the region the surface is wanted.
         self._margin = np.inf
 
@@ -195,10 +195,8 @@ class Planner:
         if not known:
             open_ |= places.stay_open(atlas.tolerance, view.extent)
         expected, sure = (
-            inside / total if total > 0.0 else 0.0
-            for inside, total, _ in (
-                self._areas(places, view, open_, law) for law in (atlas.law, atlas.law.wider)
-            )
+            self._known.share(self._areas(places, view, open_, law))
+            for law in (atlas.law, atlas.law.wider)
         )
         left = places.left(atlas.tolerance, atlas.law, self.options.levels.about * view.extent)
         return Forecast(expected, left, expected - sure)
@@ -236,17 +234,15 @@ class Planner:
             return places
         is_one = atlas.body.is_one_face
         if is_one != self._is_one:
-            self._is_one, self._known = is_one, KnownArea()
+            self._is_one, self._known = is_one, KnownArea(self.options.levels)
         view = self._view(atlas)
         # The end follows from what is surely known, and not from chance in the law.
         areas = self._areas(places, view, places.are_large(view.extent), atlas.law.wider)
-        self._known.measure(*areas, self._measured == learned)
+        self._known.measure(areas, self._measured == learned)
         self._measured = learned
         return places
 
-    def _areas(
-        self, places: Places, view: View, open_, law: PredictiveLaw
-    ) -> tuple[float, float, float]:
+    def _areas(self, places: Places, view: View, open_, law: PredictiveLaw) -> Areas:
         """See ``Places.areas``: of the rims ``open_`` (k,) bool, those count that no touch or
         attempt was near."""
         counted = open_ & view.is_untried(places.rim)
@@ -269,7 +265,7 @@ class Planner:
             return Phase.FIRST
         if self._is_known:
             return Phase.END if self._attempts.pending else Phase.FINISH
-        if self._known.stagnates(self.options.levels):
+        if self._known.stagnates():
             return Phase.END
         return Phase.GROW if self.options.name == TOLERANCE else Phase.COMPARE
 
@@ -291,6 +287,6 @@ class Planner:
         finish = replace(view, phase=Phase.FINISH)
         if view.phase is Phase.FINISH or (self._is_known and next_target(finish, places) is None):
             return StopReason.KNOWN
-        if self._known.stagnates(self.options.levels):
+        if self._known.stagnates():
             return StopReason.STAGNATION
         return StopReason.UNREACHABLE if self._attempts.unreachable else StopReason.TRIED

@@ -202,7 +202,7 @@ def hole_in_fine_surface(view: View, places: Places) -> Target | None:
 def random(view: View, places: Places) -> Target | None:
     """Baseline: a place at random, each with its share of the area."""
     points, _ = places.all
-    share = np.cumsum(np.concatenate([places.rim_area, places.area]) * view.is_free(points))
+    share = np.cumsum(np.append(places.rim_area.sum(axis=1), places.area) * view.is_free(points))
     if not len(share) or not share[-1] > 0.0:
         return None
     return target_at(places, int(np.searchsorted(share, view.draw * share[-1], side="right")))

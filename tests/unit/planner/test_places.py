@@ -13,6 +13,7 @@ from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.mesh.surface import body_surface
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.planner import Planner
+from touchatlas.planner.known import Areas
 from touchatlas.planner.places import Places, places_of
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
@@ -56,37 +57,38 @@ def half(half_body):
 def test_the_areas_of_a_closed_body_are_that_of_the_body(whole):
     """Planes are exact but for three deviations, and triangles cut no edge: 1e-3 of the area."""
     assert len(whole.rim) == 0
-    inside, total, unscaled = whole.areas(TOLERANCE, PredictiveLaw(), np.zeros(0, bool))
-    assert total == pytest.approx(AREA, rel=1e-3)
+    found = whole.areas(TOLERANCE, PredictiveLaw(), np.zeros(0, bool))
+    assert found.known == pytest.approx(AREA, rel=1e-3) and found.unknown == 0.0
     # The tolerance is more than twenty deviations: a t of seven degrees of freedom leaves 2e-7.
-    assert inside == pytest.approx(total, rel=1e-6) and unscaled == inside
+    assert found.within == pytest.approx(found.known, rel=1e-6)
+    assert found.unscaled == found.within
     assert not len(whole.left(TOLERANCE, PredictiveLaw(), 0.2 * float(np.linalg.norm(HALF))))
     assert np.linalg.norm(whole.normals, axis=1) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_what_is_open_counts_as_a_strip_beside_the_rim(half, half_body):
+def test_the_strip_beside_a_rim_is_known_as_far_as_samples_reach(half, half_body):
     """The rim is a rectangle about the body, 140 long, and its strip half a reach wide; zigzag of
-    the cubes makes it longer, by less than the square root of two. The part that is known is as
-    large as that below x = 5, to a step and a half and a cube beyond, or a cube before."""
+    the cubes makes it longer, by less than the square root of two. What is known ends with the
+    samples below x = 5 and a step and a half beyond, to a fourth of the strip."""
     some = np.ones(len(half.rim), bool)
     law = PredictiveLaw()
-    inside, total, _ = half.areas(TOLERANCE, law, some)
-    around, edge = 4.0 * (HALF[1] + HALF[2]), half_body.extent / 32
-    assert PART - 2.0 * edge * around < inside < PART + (1.5 + edge) * around
-    strip = 0.5 * half_body.reach * around
-    assert 0.99 * strip < total - inside < np.sqrt(2.0) * strip
+    found = half.areas(TOLERANCE, law, some)
+    around, strip = 4.0 * (HALF[1] + HALF[2]), 0.5 * half_body.reach
+    assert PART - 0.25 * strip * around < found.known < PART + (1.5 + 0.25 * strip) * around
+    assert found.within == pytest.approx(found.known, rel=1e-6)
+    whole = found.known + found.unknown - half.area.sum()
+    assert 0.99 * strip * around < whole < np.sqrt(2.0) * strip * around
     # Rims that were tried do not count.
-    _, known, _ = half.areas(TOLERANCE, law, ~some)
-    assert known == pytest.approx(inside, rel=1e-9)
-    assert known == pytest.approx(half.area.sum(), rel=1e-12)
+    without = half.areas(TOLERANCE, law, ~some)
+    assert without.known == pytest.approx(half.area.sum(), rel=1e-12) and without.unknown == 0.0
 
 
 def test_areas_follow_the_predicted_deviation(whole):
     """One deviation is 68.27 % of a normal error, which a t of many degrees of freedom is."""
     normal = PredictiveLaw(1e9, 1.0, 0.0)
     unsure = replace(whole, deviation=np.full(len(whole.area), TOLERANCE))
-    inside, total, _ = unsure.areas(TOLERANCE, normal, np.zeros(0, bool))
-    assert inside / total == pytest.approx(0.6827, abs=1e-4)
+    found = unsure.areas(TOLERANCE, normal, np.zeros(0, bool))
+    assert found.within / found.known == pytest.approx(0.6827, abs=1e-4)
     # Places that are listed are a tenth of the extent apart.
     extent = 2.0 * float(np.linalg.norm(HALF))
     left = unsure.left(TOLERANCE, normal, 0.1 * extent)
@@ -105,7 +107,7 @@ def test_the_size_of_a_rim_is_that_of_its_opening(half, half_body):
 def test_an_atlas_without_a_touch_has_no_places():
     found = places_of(Atlas(0.1))
     assert len(found.points) == len(found.rim) == 0
-    assert found.areas(0.1, PredictiveLaw(), np.zeros(0, bool)) == (0.0, 0.0, 0.0)
+    assert found.areas(0.1, PredictiveLaw(), np.zeros(0, bool)) == Areas(0.0, 0.0, 0.0, 0.0)
 
 
 def test_places_measure_the_area_of_a_closed_ball():
@@ -137,6 +139,29 @@ def test_where_cubes_are_too_coarse_for_a_closed_surface_is_no_opening(touches_o
     assert not len(places_of(atlas).rim)
 
 
+def test_what_is_known_in_a_hole_is_no_more_than_it_encloses(touches_of_blob, monkeypatch):
+    """Triangles of one side are taken away: strips beside the rim of a round hole, as wide as a
+    fourth of it, know what is there, and no more than that; a bulge has more than the flat disc
+    that its rim encloses."""
+    atlas = learned(touches_of_blob, TOLERANCE)
+    whole = places_of(atlas)
+
+    def holed(body, cube):
+        drawn = body_surface(body, cube)
+        middles = drawn.vertices[drawn.faces].mean(axis=1)
+        away = np.linalg.norm(middles - whole.points[0], axis=1)
+        return replace(drawn, faces=drawn.faces[away > 0.1 * body.extent])
+
+    monkeypatch.setattr("touchatlas.planner.places.body_surface", holed)
+    monkeypatch.setattr(
+        "touchatlas.planner.places._are_open", lambda body, rim, away, of: rim[:, 0] < np.inf
+    )
+    found = places_of(atlas)
+    hole = whole.area.sum() - found.area.sum()
+    beside = found.rim_area.sum()
+    assert np.isfinite(found.rim_deviation).all() and 0.5 * hole < beside < hole
+
+
 def test_where_no_touch_was_is_an_opening(touches_of_blob):
     atlas = learned([t for t in touches_of_blob if t.contact[2] > 0.0], TOLERANCE)
     for edge in None, 0.2 * atlas.body.reach:
@@ -145,11 +170,12 @@ def test_where_no_touch_was_is_an_opening(touches_of_blob):
 
 
 def rims(sizes, slopes) -> Places:
-    """Two rims of holes, with an area of 2 and of 3 beside them."""
+    """Two rims of holes, with an unknown area of 2 and of 3 beside them."""
     up, none = np.array([[0.0, 0.0, 1.0]]), np.zeros((0, 3))
-    rim, area = np.array([[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]]), np.array([2.0, 3.0])
+    rim, area = np.array([[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0]]), np.array([[2.0], [3.0]])
     known = none, none, *np.zeros((3, 0))
-    return Places(*known, rim, np.tile(up, (2, 1)), area, np.array(sizes), np.array(slopes))
+    beside = area, np.full((2, 1), np.inf)
+    return Places(*known, rim, np.tile(up, (2, 1)), *beside, np.array(sizes), np.array(slopes))
 
 
 # A tenth of the distance to what is known is the deviation in the middle of a level hole, and 1.96
@@ -175,7 +201,7 @@ def test_the_end_of_a_tube_stays_open_unless_it_is_as_narrow_as_the_tolerance():
 
 def test_holes_that_are_closed_within_the_tolerance_are_no_unknown_area():
     found = rims([1.01 * LARGEST_CLOSED, 0.99 * LARGEST_CLOSED], [0.0, 0.0])
-    assert found.areas(TOLERANCE, PredictiveLaw(), found.stay_open(TOLERANCE, 1e3))[1] == 2.0
+    assert found.areas(TOLERANCE, PredictiveLaw(), found.stay_open(TOLERANCE, 1e3)).unknown == 2.0
 
 
 def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(
@@ -189,7 +215,8 @@ def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(
     found = replace(rims(sizes, [0.0, 0.0]), **sure)
     monkeypatch.setattr("touchatlas.planner.planner.places_of", lambda atlas: found)
     atlas, planner = learned(touches_of_blob, TOLERANCE), Planner(np.zeros(3), up[0])
-    assert planner.forecast(atlas).predicted_coverage == pytest.approx(0.8)
-    for reason, share in (StopReason.STAGNATION, 0.8), (StopReason.KNOWN, 1.0):
+    open_ = 8.0 / (8.0 + 2.0 * planner.options.levels.behind)
+    assert planner.forecast(atlas).predicted_coverage == pytest.approx(open_)
+    for reason, share in (StopReason.STAGNATION, open_), (StopReason.KNOWN, 1.0):
         planner.stop = Stop(reason, Forecast(0.0, up), np.zeros((0, 3)))
         assert planner.forecast(atlas).predicted_coverage == pytest.approx(share)

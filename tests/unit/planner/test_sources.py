@@ -48,7 +48,8 @@ def places(deviation=DEVIATION, rim=RIM, size=SIZE) -> Places:
         np.ones(count),
         np.reshape(rim, (-1, 3)),
         np.tile(UP, (ends, 1)),
-        np.ones(ends),
+        np.ones((ends, 1)),
+        np.full((ends, 1), np.inf),
         np.asarray(size, float),
         np.zeros(ends),
     )

@@ -71,6 +71,18 @@ def test_what_faces_another_way_than_the_surface_tells_no_move():
     assert compared(atlas, line + 0.3 * up, noise, across)[1].square == 0.0
 
 
+def test_a_surface_that_leaves_its_own_samples_tells_no_move(monkeypatch):
+    """As the wrong face of a slot does: samples are nearer to each other than to the surface."""
+    atlas = learned(spread_touches(make_object("sphere"), 5), 0.1)
+    line = atlas.pool.points[atlas.pool.contours == 0]
+    up = atlas.pool.normals[atlas.pool.contours == 0]
+    noise = np.full(len(line), 0.02)
+    monkeypatch.setattr(type(atlas.body), "away", lambda body, points: np.full(len(points), 0.1))
+    # The noise of the ball is a tenth of its tolerance: four deviations are less than 0.1.
+    assert compared(atlas, line + 0.3 * up, noise, up)[1].square == 0.0
+    assert compared(atlas, line + 0.09 * up, noise, up)[1].square > 0.0
+
+
 def test_still_objects_have_not_moved():
     """A thousand explorations of twenty touches would name one; thirty name none."""
     for seed in range(30):
