@@ -55,11 +55,10 @@ class PassedAir:
 
     def _depths(self, points, balls) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same of all pairs of near points and some balls (m,)."""
-        tree = cKDTree(self.middles[balls])
-        reached = pairs_within(points, tree, 2.0 * float(self.radii[balls].max()))
-        rows = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
-        ball = balls[reached.indices]
-        return rows, ball, self.radii[ball] - reached.data
+        trees, reach = (cKDTree(points), cKDTree(self.middles[balls])), self.radii[balls].max()
+        rows, ball, away = pairs_within(*trees, 2.0 * float(reach))
+        ball = balls[ball]
+        return rows, ball, self.radii[ball] - away
 
 
 def air_inside(

@@ -117,10 +117,10 @@ def _of_radius(on: SurfacePoints, left, radius: float, facing: float) -> list[Se
     ``left`` (n,), which no longer are then."""
     middles, parts = _spread(on, np.flatnonzero(left), 0.2 * radius), []
     sites = sites_of(on.tree, on.normals, middles, radius)
-    near = pairs_within(on.points[middles], on.tree, _HAS * radius)
+    number, place, _ = pairs_within(cKDTree(on.points[middles]), on.tree, _HAS * radius)
+    near = np.split(place, np.searchsorted(number, np.arange(1, len(middles))))
     has = [
-        some[on.sides[some] @ axes[2] > facing]
-        for axes, some in zip(sites.axes, np.split(near.indices, near.indptr[1:-1]), strict=True)
+        some[on.sides[some] @ axes[2] > facing] for axes, some in zip(sites.axes, near, strict=True)
     ]
     tried = np.zeros(len(middles), bool)
     for _ in range(4):
@@ -201,11 +201,10 @@ def _most_off(on: SurfacePoints, batch: Sextics) -> np.ndarray:
     """(m,) by how much each sextic is off at most, in the bounds of points where it weighs,
     times its largest share there; infinite where it is folded amid what it has."""
     radius = batch.radii[0]
-    near = pairs_within(batch.origins, on.tree, WEIGHS * radius)
-    number, place = np.repeat(np.arange(len(batch)), np.diff(near.indptr)), near.indices
+    number, place, away = pairs_within(cKDTree(batch.origins), on.tree, WEIGHS * radius)
     cosine = np.einsum("ij,ij->i", batch.axes[number, 2], on.sides[place])
-    faces = (cosine > FACING) & (near.data < WEIGHS * radius)
-    number, place, away = number[faces], place[faces], near.data[faces]
+    faces = (cosine > FACING) & (away < WEIGHS * radius)
+    number, place, away = number[faces], place[faces], away[faces]
     weight = (1.0 - (away / (WEIGHS * radius)) ** 2) ** 3
     weight *= (cosine[faces] - FACING) / (1.0 - FACING)
     share = np.minimum(weight / _WEIGHT, 1.0)

@@ -1,7 +1,5 @@
 """Fit a free-form face: overlapping sextics as large as the samples allow, and kriging."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -73,7 +71,7 @@ def fit_free_form(
         if np.median(counts) < _LEAST:
             break
         found = FreeFormSurface(_sextics(sites, points, with_factors(equations)), points, normals)
-        if _follows(found, some, stds):
+        if np.median(_left_out(_at(found, some), some, stds)) <= 1.0:
             break
         radius /= _RUNG
     parts: list[Sextics] = []
@@ -85,10 +83,10 @@ def fit_free_form(
             good &= _follow_samples(sites, sextics, points, stds)
         parts.append(sextics.some(np.flatnonzero(good)))
         found = FreeFormSurface(joined(parts), points, normals, kept=kept)
-        rough = np.flatnonzero(_left_out(found, every, stds) > 1.0)
+        rough = np.flatnonzero(_left_out(found.at_samples, every, stds) > 1.0)
         finer = _finer(tree, normals, rough, _FINER * sites.radius, levels.facing)
         if finer is None:
-            return replace(found, normals=found.at(points)[:, 1:4], stds=stds)
+            return found.with_own_sides(stds)
         sites, equations = finer, equations_of(finer, points, stds, known, kept)
 
 
@@ -135,17 +133,18 @@ def _face_samples(sites: SexticSites, sextics: Sextics, points, normals) -> np.n
     return np.asarray(sums > 0.0) if (sums > 0.0).any() else np.ones(len(sextics), bool)
 
 
-def _follows(surface: FreeFormSurface, groups, stds) -> bool:
-    """Whether a surface follows samples of deviations (n,) in half of groups of neighbours (g, k):
-    residuals have an amplitude of no more than ``_FOLLOWS`` deviations."""
-    return bool(np.median(_left_out(surface, groups, stds)) <= 1.0)
+def _at(surface: FreeFormSurface, groups) -> np.ndarray:
+    """(n, 4) distance and normal of a surface at those of its samples that are in groups (g, k)."""
+    out, some = np.empty((len(surface.points), 4)), np.unique(groups)
+    out[some] = surface.at(surface.points[some])
+    return out
 
 
-def _left_out(surface: FreeFormSurface, groups, stds) -> np.ndarray:
-    """(g,) variance of what a surface leaves out in groups of neighbours (g, k), of samples of
-    deviations (n,), over the largest with which it follows them."""
-    some, place = np.unique(groups, return_inverse=True)
-    values = surface.at(surface.points[some])[np.reshape(place, groups.shape)]
+def _left_out(values, groups, stds) -> np.ndarray:
+    """(g,) variance of what a surface leaves out in groups of neighbours (g, k), with its distance
+    and normal at all samples (n, 4), of deviations (n,), over the largest with which it follows
+    them."""
+    values = values.take(groups, axis=0)
     found = left_out(values[..., 1:4], values[..., 0], stds[groups])
     return np.asarray(found / (_FOLLOWS * np.median(stds[groups], axis=1)) ** 2)
 

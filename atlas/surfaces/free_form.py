@@ -99,12 +99,13 @@ class _Evaluated:
         if not count:
             none = np.empty(0)
             return _Mean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
-        side = sides[which]
+        side = sides.take(which, axis=0)
         folded = np.einsum("ij,ij->i", self.found[:, 1:4], side) <= 0.0
         cosine = np.einsum("ij,ij->i", self.upward, side)
         turned = np.maximum(cosine - FACING, _SLIGHT)
         if others is not None:
-            turned[np.einsum("ij,ij->i", self.upward, others[which]) > cosine] = _SLIGHT
+            against = np.einsum("ij,ij->i", self.upward, others.take(which, axis=0))
+            turned[against > cosine] = _SLIGHT
         share = np.where(folded, _SLIGHT**2, turned) * self.weight
         lead = first_largest(share, first[:-1])
         share /= np.add.reduceat(share, first[:-1])[which]
@@ -188,9 +189,27 @@ class FreeFormSurface:
         return self._mean_at(points).values
 
     @cached_property
+    def at_samples(self) -> np.ndarray:
+        """(n, 4) the same at the samples."""
+        return self._mean_of(self._of_samples, self.points).values
+
+    @cached_property
+    def _of_samples(self) -> _Evaluated:
+        return self._evaluated(self.points)
+
+    def with_own_sides(self, stds) -> "FreeFormSurface":
+        """The same surface, whose own normals at the samples, of deviations (n,), tell the
+        sides."""
+        found = replace(self, normals=self.at_samples[:, 1:4], stds=stds)
+        found.__dict__["_of_samples"] = self._of_samples
+        return found
+
+    @cached_property
     def rest(self) -> ResidualKriging:
         """What the sextics leave out, as samples of deviations ``stds`` show."""
-        values = self.at(self.points)
+        values = self.at_samples
+        # It takes more memory than all else, and is not needed again.
+        del self.__dict__["_of_samples"]
         columns = self.points, values[:, 1:4], values[:, 0], self.stds
         return krige(*columns, self.radius, self.least)
 
@@ -229,7 +248,10 @@ class FreeFormSurface:
     def _mean_at(self, points) -> _Mean:
         """What sextics say of points (n, 3) together: those of the nearer side of a wall, cut by
         the other side of a sharp edge."""
-        evaluated = self._evaluated(points)
+        return self._mean_of(self._evaluated(points), points)
+
+    def _mean_of(self, evaluated: _Evaluated, points) -> _Mean:
+        """The same, where each sextic is evaluated."""
         first, second, rows = self._sides(points)
         mean = evaluated.mean(first)
         if len(rows):
@@ -263,11 +285,7 @@ class FreeFormSurface:
 
     def _evaluated(self, points) -> _Evaluated:
         """What the sextics say that reach points (n, 3), or the nearest one."""
-        parts = [self._reached(points, own, tree) for own, tree in self._levels]
-        which, number, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
-        if len(parts) > 1:
-            order = np.argsort(which, kind="stable")
-            which, number, weight = which[order], number[order], weight[order]
+        which, number, weight = self._reached(cKDTree(points))
         alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
         if len(alone):
             number = np.append(number, self._middles.query(points[alone])[1])
@@ -275,20 +293,27 @@ class FreeFormSurface:
             which = np.append(which, alone)
             order = np.argsort(which, kind="stable")
             which, number, weight = which[order], number[order], weight[order]
-        found, stretch = self.sextics.values(number, points[which])
-        return _Evaluated(which, number, weight, self.sextics.axes[number, 2], found, stretch)
+        found, stretch = self.sextics.values(number, points.take(which, axis=0))
+        upward = self.sextics.axes[:, 2].take(number, axis=0)
+        return _Evaluated(which, number, weight, upward, found, stretch)
 
-    def _reached(self, points, own, tree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The sextics of one radius, ``own`` (p,) with a tree of their middles, that reach points
-        (n, 3): indices of points (m,), their numbers (m,) and weights (m,). The integral of the
-        weight over space is the same for each radius, so that smaller ones lead where they are."""
-        radius = self.sextics.radii[own[0]]
-        reached = pairs_within(points, tree, WEIGHS * radius)
-        which = np.repeat(np.arange(len(points)), np.diff(reached.indptr))
-        weight = np.maximum(1.0 - (reached.data / (WEIGHS * radius)) ** 2, 0.0)
-        real = weight > 0.0
-        scale = (self.radius / radius) ** 3
-        return which[real], own[reached.indices[real]], scale * weight[real] ** 3
+    def _reached(self, points: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The sextics that reach points, the largest first: indices of points (m,), their numbers
+        (m,) and weights (m,). The integral of the weight over space is the same for each radius,
+        so that smaller ones lead where they are."""
+        parts = []
+        for own, tree in self._levels:
+            radius = self.sextics.radii[own[0]]
+            which, number, away = pairs_within(points, tree, WEIGHS * radius)
+            weight = np.maximum(1.0 - (away / (WEIGHS * radius)) ** 2, 0.0)
+            real = weight > 0.0
+            scale = (self.radius / radius) ** 3
+            parts.append((which[real], own.take(number[real]), scale * weight[real] ** 3))
+        which, number, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+        if len(parts) > 1:
+            order = np.argsort(which, kind="stable")
+            which, number, weight = (column.take(order) for column in (which, number, weight))
+        return which, number, weight
 
     @cached_property
     def _levels(self) -> list[tuple[np.ndarray, cKDTree]]:
@@ -303,7 +328,7 @@ class FreeFormSurface:
         far away."""
         count = min(12, len(self.points))
         away, near = (np.reshape(x, (-1, count)) for x in self._samples.query(points, k=count))
-        normals = self.normals[near]
+        normals = self.normals.take(near, axis=0)
         other = np.einsum("nkj,nj->nk", normals, normals[:, 0]) < _OPPOSITE
         other &= away <= 4.0 * away[:, :1]
         second = normals[np.arange(len(points)), other.argmax(axis=1)]

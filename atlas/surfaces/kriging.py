@@ -52,28 +52,29 @@ class ResidualKriging:
         """Residuals (m,), length, and their variances (m,), length^2, at points (m, 3) of the
         surface with its normals (m, 3)."""
         out = np.zeros((2, len(points)))
+        if not self.variance.any():
+            return out[0], out[1]
         count = min(_NEAREST, len(self.points))
-        for start in range(0, len(points) if self.variance.any() else 0, _AT_ONCE):
-            some = slice(start, start + _AT_ONCE)
-            away, near = (np.reshape(x, (-1, count)) for x in self.tree.query(points[some], count))
-            amplitude = np.sqrt(self.variance[near])
-            rough = np.flatnonzero(amplitude[:, :4].any(axis=1))
-            columns = away[rough], near[rough], amplitude[rough], normals[some][rough]
-            out[:, start + rough] = self._predicted(*columns)
+        away, near = (np.reshape(x, (-1, count)) for x in self.tree.query(points, count))
+        rough = np.flatnonzero(self.variance.take(near[:, :4]).any(axis=1))
+        for start in range(0, len(rough), _AT_ONCE):
+            some = rough[start : start + _AT_ONCE]
+            out[:, some] = self._predicted(away[some], near[some], normals[some])
         return out[0], out[1]
 
-    def _predicted(self, away, near, amplitude, normals) -> np.ndarray:
+    def _predicted(self, away, near, normals) -> np.ndarray:
         """(2, m) residuals and variances at points with normals (m, 3), ``away`` (m, k), length,
-        from their nearest samples (m, k) of amplitudes (m, k), length."""
-        faces = np.einsum("nkj,nj->nk", self.normals[near], normals) > FACING
-        amplitude = np.where(faces, amplitude, 0.0)
+        from their nearest samples (m, k)."""
+        faces = np.einsum("nkj,nj->nk", self.normals.take(near, axis=0), normals) > FACING
+        amplitude = np.where(faces, np.sqrt(self.variance.take(near)), 0.0)
         # Inverse squares of distances (Shepard 1968): at a sample the amplitude is its own.
         tiny = np.finfo(float).tiny
         weight = faces / np.maximum(away, 1e-9 * self.length) ** 2
         own = (weight * amplitude).sum(axis=1) / np.maximum(weight.sum(axis=1), tiny)
-        among = _covariance(self.points[near], amplitude, self.length, self.stds[near])
+        columns = self.points.take(near, axis=0), amplitude, self.length, self.stds.take(near)
+        among = _covariance(*columns)
         toward = own[:, None] * amplitude * matern(away, self.length)
-        known = np.where(faces, self.residuals[near], 0.0)
+        known = np.where(faces, self.residuals.take(near), 0.0)
         solved = np.linalg.solve(among, np.stack([known, toward], axis=2))
         predicted = np.einsum("nk,nkj->jn", toward, solved)
         return np.stack([predicted[0], np.maximum(own**2 - predicted[1], 0.0)])
@@ -145,8 +146,12 @@ def matern(distance, length: float) -> np.ndarray:
     >>> float(matern(0.0, 2.0)), float(matern(2.0, 2.0).round(3))
     (1.0, 0.483)
     """
-    ratio = np.sqrt(3.0) * np.asarray(distance) / length
-    return np.asarray((1.0 + ratio) * np.exp(-ratio))
+    ratio = np.sqrt(3.0) * np.asarray(distance)
+    ratio /= length
+    decay = np.exp(-ratio)
+    ratio += 1.0
+    decay *= ratio
+    return np.asarray(decay)
 
 
 def _covariance(points, amplitude, length: float, stds) -> np.ndarray:
@@ -156,8 +161,10 @@ def _covariance(points, amplitude, length: float, stds) -> np.ndarray:
     square = (offset * offset).sum(axis=2)
     # Rounding of differences of squares changes a correlation, whose slope is zero at a distance of
     # zero, by no more than itself.
-    between = square[:, :, None] + square[:, None] - 2.0 * offset @ offset.transpose(0, 2, 1)
-    out = matern(np.sqrt(np.maximum(between, 0.0)), length)
+    between = 2.0 * offset @ offset.transpose(0, 2, 1)
+    np.subtract(square[:, :, None] + square[:, None], between, out=between)
+    np.maximum(between, 0.0, out=between)
+    out = matern(np.sqrt(between, out=between), length)
     out *= amplitude[:, :, None] * amplitude[:, None]
     diagonal = np.arange(points.shape[1])
     # A millionth of the amplitude is beyond what rounding leaves of samples that nearly coincide.

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.labels.grow import evenly
@@ -46,9 +45,7 @@ class SexticSites:
 
 def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     """Sextics of a radius with middles (m,) of samples with normals (n, 3)."""
-    reached = pairs_within(tree.data[middles], tree, radius)
-    owner = np.repeat(np.arange(len(middles)), np.diff(reached.indptr))
-    samples, away = reached.indices, reached.data
+    owner, samples, away = pairs_within(cKDTree(tree.data[middles]), tree, radius)
     faces = np.einsum("ij,ij->i", normals[samples], normals[middles[owner]]) > FACING
     # A middle of a normal of length zero faces itself.
     faces |= samples == middles[owner]
@@ -62,15 +59,12 @@ def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     return SexticSites(radius, middles, axes, members)
 
 
-def pairs_within(points, tree: cKDTree, radius: float) -> csr_array:
-    """(p, n) distances of points (p, 3) from those of a tree where they are no larger than a
-    radius, by row and column."""
-    if not len(points):
-        return csr_array((0, tree.n))
-    found = cKDTree(points).sparse_distance_matrix(tree, radius, output_type="ndarray")
-    shape = len(points), tree.n
-    # Sorted by column, then by row: columns of each row ascend.
-    return coo_array((found["v"], (found["i"], found["j"])), shape).tocsc().tocsr()
+def pairs_within(points: cKDTree, others: cKDTree, radius: float) -> tuple[np.ndarray, ...]:
+    """Points (k,) of one tree and of another one that are no farther from each other than a radius,
+    in the order of the first, then of the second; and how far (k,) they are."""
+    found = points.sparse_distance_matrix(others, radius, output_type="ndarray")
+    order = np.argsort(found["i"] * others.n + found["j"])
+    return found["i"].take(order), found["j"].take(order), found["v"].take(order)
 
 
 def middles_of(tree: cKDTree, normals, radius: float, facing: float) -> np.ndarray:

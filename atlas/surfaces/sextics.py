@@ -1,7 +1,8 @@
 """Sextics: many polynomial patches as arrays, evaluated at many points at once."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -59,21 +60,30 @@ class Sextics:
         """
         out, stretch = np.empty((len(numbers), 4)), np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
-            scaled, beyond, terms = self._inside(piece, points[places])
-            own = self.coefficients[piece]
-            values = derivative_coefficients(SEXTIC_BASIS, own, list(GRADIENT)) @ terms
+            scaled, beyond, terms = self._inside(piece, points.take(places, axis=0))
+            values = self._gradients.take(piece, axis=0) @ terms
             np.negative(values, out=values)
             values[:, 0] += scaled[:, 2]
             values[:, 3] += 1.0
-            self._go_on(piece, scaled, beyond, values)
-            length = np.maximum(_lengths(values[:, 1:]), _TINY)
+            length, radius = _lengths(values[:, 1:]), self.radii[piece, None]
+            units = radius
+            if (beyond > 1.0).any():
+                self._go_on(piece, scaled, beyond, values)
+                length, units = _lengths(values[:, 1:]), radius * beyond**4
+            np.maximum(length, _TINY, out=length)
             values /= length[:, None]
-            target, radius = places[filled], self.radii[piece, None]
             values[:, 0] *= radius
             values[:, 1:] = self.axes[piece].transpose(0, 2, 1) @ values[:, 1:]
-            out[target] = values.transpose(0, 2, 1)[filled]
-            stretch[target] = (radius * beyond**4 / length)[filled]
+            own = np.flatnonzero(filled)
+            target = places.ravel().take(own)
+            out[target] = values.transpose(0, 2, 1).reshape(-1, 4).take(own, axis=0)
+            stretch[target] = (units / length).ravel().take(own)
         return out, stretch
+
+    @cached_property
+    def _gradients(self) -> np.ndarray:
+        """(p, 4, s) coefficients of the value and the gradient of each."""
+        return derivative_coefficients(SEXTIC_BASIS, self.coefficients, list(GRADIENT))
 
     def variances(self, numbers, points) -> np.ndarray:
         """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3):
@@ -81,8 +91,8 @@ class Sextics:
         assert self.factors is not None
         out = np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
-            terms = self._inside(piece, points[places])[2][:, : SEXTIC_BASIS.size]
-            white = self.factors[piece] @ terms.astype(np.float32)
+            terms = self._inside(piece, points.take(places, axis=0))[2][:, : SEXTIC_BASIS.size]
+            white = self.factors.take(piece, axis=0) @ terms.astype(np.float32)
             out[places[filled]] = (white * white).sum(axis=1)[filled]
         return out
 
@@ -109,8 +119,8 @@ class Sextics:
 
 def joined(parts: list[Sextics]) -> Sextics:
     """All sextics of parts with factors as one."""
-    columns = zip(*(vars(part).values() for part in parts), strict=True)
-    return Sextics(*(np.concatenate(column) for column in columns))
+    names = [field.name for field in fields(Sextics)]
+    return Sextics(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _lengths(vectors) -> np.ndarray:
