@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
-from touchatlas.atlas.body.saved_faces import face_arrays, known_of_arrays
+from touchatlas.atlas.body.saved_faces import face_arrays, known_of_arrays, pieces_of
 from touchatlas.atlas.files import check_path, write_whole
+from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.mesh.surface import with_fewer_patches
+from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import AtlasOptions, Levels
 from touchatlas.atlas.samples.evidence import WIDTH, TouchEvidence
 from touchatlas.atlas.samples.lost_ends import LostEnds
@@ -90,6 +92,19 @@ def load_atlas(path, finished: bool = True) -> Atlas:
     return load_whole(path, _FILE, _read, lambda content: _restored(*content, finished))
 
 
+def load_labels(path) -> tuple[Atlas, list[Piece], np.ndarray, bool]:
+    """Read what an atlas of a file learned, without the surface that follows: the atlas, its
+    pieces, the piece of each sample (n,), -1 for none, and whether all were one face."""
+
+    def made(content):
+        arrays, header = content
+        atlas, of = _learned(arrays, header), arrays["label_of"].astype(int)
+        of = of if len(of) else np.full(len(atlas.pool), NONE)
+        return atlas, pieces_of(arrays), of, header["law"]["is_one_face"] is True
+
+    return load_whole(path, _FILE, _read, made)
+
+
 def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
     """The number of the format of a file, and its arrays and header."""
     file = io.BytesIO(data)
@@ -103,6 +118,19 @@ def _read(data: bytes) -> tuple[Any, tuple[dict[str, np.ndarray], Any]]:
 
 def _restored(arrays, header, finished: bool) -> Atlas:
     """The atlas from the arrays and the header of a file, ``finished`` if it was."""
+    atlas = _learned(arrays, header)
+    known = known_of_arrays(arrays, header["law"], atlas.pool, atlas.levels)
+    innovations, settled = atlas.innovations, atlas.settled
+    # The surface ends at the rims of the atlas, which tell where it is drawn.
+    atlas.know(replace(known, is_few=False))
+    if known.is_few is True and finished:
+        atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
+    atlas.innovations, atlas.settled = innovations, settled
+    return atlas
+
+
+def _learned(arrays, header) -> Atlas:
+    """The atlas without its surface."""
     levels = Levels(**header["options"].pop("levels"))
     options = AtlasOptions(**header["options"], levels=levels)
     atlas = Atlas(header["tolerance"], options, header["scale"])
@@ -119,11 +147,6 @@ def _restored(arrays, header, finished: bool) -> Atlas:
         raise DamagedError("its ways have another shape or type")
     if not np.isfinite(atlas.ways).all():
         raise DamagedError("its ways are not finite")
-    known = known_of_arrays(arrays, header["law"], atlas.pool, levels)
-    # The surface ends at the rims of the atlas, which tell where it is drawn.
-    atlas.know(replace(known, is_few=False))
-    if known.is_few is True and finished:
-        atlas.know(with_fewer_patches(atlas.known_body, atlas.tolerance))
     atlas.innovations = _rows(arrays["innovations"], 6, "innovations")
     atlas.bad_contacts = _rows(arrays["bad_contacts"], 3, "bad contacts")
     rows = _rows(arrays["evidence"], WIDTH, "evidence")

@@ -1,5 +1,6 @@
 """KnownBody: the body that samples show, one face or many, by the shorter description."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +10,15 @@ from touchatlas.atlas.body.explained import determined
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.read_faces import faces_of_labels, faces_of_samples, samples_of
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.labels.labels import is_larger
+from touchatlas.atlas.labels.grow import Evidence
+from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
 from touchatlas.atlas.labels.options import FaceOptions
+from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
+from touchatlas.atlas.relabel.moves import find_roundings
 from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.patch.geometry.kinks import kinks
 
@@ -110,6 +115,47 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
         if length < shortest:
             shortest, found = length, replace(found, faces=faces, body=body)
     return found
+
+
+def body_of_parts(
+    samples: ContourSamples, parts: Sequence[tuple[list[Piece], np.ndarray, bool]]
+) -> KnownBody:
+    """The body of samples that were labelled part by part; those of the parts follow each other.
+
+    Pieces of two parts are joined where that is shorter to describe. What was tried within a part
+    is not tried again. Lengths of parts add up: where each part has many faces, so have all.
+
+    Parameters
+    ----------
+    samples : ContourSamples
+    parts : sequence
+        Of each part the pieces, the number of the piece of each sample, or NONE, and whether it was
+        one face.
+    """
+    pieces: list[Piece] = []
+    of, home = [], []
+    for number, (own, labels_of, _) in enumerate(parts):
+        of.append(np.where(labels_of == NONE, NONE, labels_of + len(pieces)))
+        pieces += own
+        home += [number] * len(own)
+    count, faces, body = len(samples), None, None
+    if pieces:
+        labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+        labels.resume(pieces, np.concatenate(of))
+        within = [(a, b) for a, b in labels.pairs() if home[a] == home[b]]
+        labels.mark(labels.of.copy(), within)
+        find_roundings(labels)
+        revise_all(labels)
+        faces = faces_of_labels(labels)
+        body = body_of_faces(faces, samples)
+    many = KnownBody(count, count, samples.std, faces, body)
+    if body is not None and not any(is_one for *_, is_one in parts):
+        return many
+    one = body_of_one(samples)
+    may_be_many = body is not None and (one.faces.is_sharp or are_mostly_lawful(body.faces))
+    if body is not None and may_be_many and description_length(body) < description_length(one):
+        return many
+    return KnownBody(count, count, samples.std, None, one)
 
 
 def are_mostly_lawful(faces: Faces, options: FaceOptions = FaceOptions()) -> bool:

@@ -49,7 +49,7 @@ def known_of_arrays(
     DamagedError
         Its parts do not agree.
     """
-    known, of, pieces = dict(header), arrays["label_of"].astype(int), _pieces(arrays)
+    known, of, pieces = dict(header), arrays["label_of"].astype(int), pieces_of(arrays)
     is_one, count, looked = known.pop("is_one_face"), known["count"], known["looked"]
     sound = all(type(x) is int for x in (count, looked)) and 0 <= looked <= count <= len(pool)
     sound = sound and len(of) <= count and (len(of) == count or is_one is True)
@@ -69,7 +69,7 @@ def known_of_arrays(
     return replace(found, body=body_of_one(samples) if body is None else body)
 
 
-def _pieces(arrays) -> list[Piece]:
+def pieces_of(arrays) -> list[Piece]:
     """The pieces of a file."""
     columns = [arrays[f"piece_{name}"] for name in ("kind", "origin", "axes", "scale")]
     out = []

@@ -10,6 +10,7 @@ from touchatlas.atlas.body.choose import (
     KnownBody,
     body_of_faces,
     body_of_one,
+    body_of_parts,
     description_length,
     look_for_body,
 )
@@ -54,6 +55,17 @@ def test_six_planes_describe_a_box_shorter_than_one_free_form_face(box):
     assert [face.kind for face in box.body.faces.faces] == ["plane"] * 6
     one = description_length(body_of_one(box.body.samples))
     assert description_length(box.body) < 0.5 * one
+
+
+def test_faces_that_two_parts_know_apart_are_joined(box):
+    """Each half of the touches knows the six planes: twelve pieces become six again."""
+    faces, half = box.faces, box.body.samples.touches > 14
+    first = np.count_nonzero(~half)
+    of = [faces.patch_of[:first], faces.patch_of[first:]]
+    assert not half[:first].any() and all(len(np.unique(some)) >= 6 for some in of)
+    known = body_of_parts(box.body.samples, [(faces.pieces, some, False) for some in of])
+    assert known.body.faces.are_lawful and len(known.body.faces) == 6
+    assert len(known.body.faces.edges) == len(box.body.faces.edges)
 
 
 def test_a_box_with_a_free_form_top_is_of_faces():
