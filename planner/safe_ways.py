@@ -7,13 +7,13 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
 
-# Directions in which a way out is looked for, and points of the known surface that are kept clear.
-_DIRECTIONS, _POINTS = 60, 4000
-# Arcs around the body are drawn as chords over this angle, rad.
-_CHORD = 0.4
+# Arcs around the body are drawn as chords over this angle, rad, of a circle outside of it.
+_CHORD = np.pi / 8.0
 
 
-def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndarray | None:
+def safe_way(
+    atlas: Atlas, start, goal, radius: float, margin: float, directions: int = 60
+) -> np.ndarray | None:
     """Points of a way of a tip's centre that is free as far as is known.
 
     It is straight where that keeps clear of what is known. Otherwise it leaves the sphere about
@@ -28,6 +28,8 @@ def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndar
     radius, margin : float, length
         Of the tip; and what is kept clear besides, but near both ends, which are as near to the
         surface as they are.
+    directions : int
+        Spread evenly, in which a clear way out of the sphere is looked for.
 
     Returns
     -------
@@ -39,7 +41,7 @@ def safe_way(atlas: Atlas, start, goal, radius: float, margin: float) -> np.ndar
     known = _Known(atlas, radius, margin)
     if known.is_clear(start, goal):
         return goal[None].copy()
-    leave, enter = known.way_out(start), known.way_out(goal)
+    leave, enter = known.way_out(start, directions), known.way_out(goal, directions)
     if leave is None or enter is None:
         return None
     return np.vstack([leave, known.around(leave, enter), enter, goal])
@@ -57,8 +59,7 @@ class _Known:
 
     def __init__(self, atlas: Atlas, radius: float, margin: float) -> None:
         points = atlas.pool.points
-        self._points = points[:: max(1, len(points) // _POINTS)]
-        self._body, self._room = atlas.body, radius + margin
+        self._points, self._body, self._room = points, atlas.body, radius + margin
         if len(points):
             low, high = points.min(axis=0), points.max(axis=0)
             self.centre = 0.5 * (low + high)
@@ -95,7 +96,7 @@ class _Known:
         inner = np.minimum(at, 1.0 - at) * length > 2.0 * self._room
         return bool((sure & (found.distance < np.where(inner, self._room, 0.0))).any())
 
-    def way_out(self, point) -> np.ndarray | None:
+    def way_out(self, point, directions: int) -> np.ndarray | None:
         """(3,) where a clear straight way from a point leaves the sphere, as straight outward as
         there is one; None where there is none."""
         if not len(self._points) or np.linalg.norm(point - self.centre) >= self.radius:
@@ -103,9 +104,9 @@ class _Known:
         outward = point - self.centre
         length = float(np.linalg.norm(outward))
         outward = outward / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
-        directions = np.vstack([outward, _sphere(_DIRECTIONS)])
-        order = np.argsort(-(directions @ outward), kind="stable")
-        exits = (self._exit(point, directions[k]) for k in order)
+        tried = np.vstack([outward, _sphere(directions)])
+        order = np.argsort(-(tried @ outward), kind="stable")
+        exits = (self._exit(point, tried[k]) for k in order)
         return next((end for end in exits if self.is_clear(point, end)), None)
 
     def _exit(self, point, direction) -> np.ndarray:

@@ -14,11 +14,6 @@ from touchatlas.atlas.samples.predictive_law import LawPrior
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
 
-# Most touches in a row by which a move is told, because the body then follows it, and share of
-# their squares that one shift explains. The first touches are small.
-_TOUCHES, _EXPLAINED, _FIRST = 3, 0.5, 3
-# Share of the ends at which contact was lost beyond which samples may lie by chance.
-_PASSED = 0.1
 MOVED = "moved"
 _NUMBERS = "size", "statistic", "expected", "chance"
 
@@ -142,7 +137,8 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
         return None
     is_open[ends.open()] = True
     passed = int((~is_open).sum())
-    chance = float(binom.sf(passed - 1, count, _PASSED))
+    level = atlas.levels.passed
+    chance = float(binom.sf(passed - 1, count, level))
     if chance >= atlas.evidence.chance:
         return None
     words = (
@@ -150,35 +146,36 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
         "on; press harder, or track more slowly."
     )
     places = some_apart(ends.points[~is_open], extent_of(atlas.pool.points))
-    return Fault("slipped contacts", words, passed / count, passed, _PASSED * count, chance, places)
+    return Fault("slipped contacts", words, passed / count, passed, level * count, chance, places)
 
 
 def moved_object(atlas: AtlasState) -> Fault | None:
     """An object that moved between two touches: the next ones all lie beside the body of those
     before by one shift.
 
-    The most probable shift of one to three touches in a row explains most of their squares. Over
-    its degrees of freedom what it explains is compared with an F law, because deviations of the
-    body are known as well as a Student t tells. Touches that cross no curve tell nothing.
+    The most probable shift of one to three touches in a row explains most of their squares: the
+    body follows more. Over its degrees of freedom what it explains is compared with an F law,
+    because deviations of the body are known as well as a Student t tells. The first three touches
+    are small, and tell nothing, as those that cross no curve.
     """
-    evidence = atlas.evidence
-    touches = [one for k, one in enumerate(evidence.touches) if k < _FIRST or one.shift.square]
+    evidence, least = atlas.evidence, atlas.levels.explained
+    touches = [one for k, one in enumerate(evidence.touches) if k < 3 or one.shift.square]
     best = None
-    for last in range(_FIRST + 1, len(touches) + 1):
-        for first in range(max(last - _TOUCHES, _FIRST), last):
+    for last in range(4, len(touches) + 1):
+        for first in range(max(last - 3, 3), last):
             some = [touch.shift for touch in touches[first:last]]
             limit = evidence.chance_after(last)
             # A shift explains no more than all squares.
             if _chance_of(sum(one.square for one in some), len(some)) >= limit:
                 continue
-            chance, explained, shift = _one_shift(some)
+            chance, explained, shift = _one_shift(some, least)
             if chance < limit and (best is None or chance < best[0]):
                 best = chance, explained, shift, first
     if best is None or not np.linalg.norm(best[2]) > atlas.sample_std:
         return None
     chance, explained, shift, first = best
     # The object moved before the first touch of them that tells the shift.
-    first += next(k for k, one in enumerate(touches[first:]) if _tells(one.shift, shift))
+    first += next(k for k, one in enumerate(touches[first:]) if _tells(one.shift, shift, least))
     size, number = float(np.linalg.norm(shift)), int(touches[first - 1].number)
     words = (
         f"The object has moved by {size:.2g} or more, ({', '.join(f'{x:.2g}' for x in shift)}), "
@@ -187,20 +184,20 @@ def moved_object(atlas: AtlasState) -> Fault | None:
     return Fault(MOVED, words, size, explained, 3.0, chance, NOWHERE)
 
 
-def _one_shift(some: list[Shift]) -> tuple[float, float, np.ndarray]:
+def _one_shift(some: list[Shift], least: float) -> tuple[float, float, np.ndarray]:
     """Chance that touches lie beside a body by one shift as well as they do, the squares that the
     shift explains, and the shift (3,), length; a chance of 1 where it explains too little."""
     every = sum(some[1:], some[0])
     shift = every.most_probable
     explained = every.square - every.left(shift)
-    if not _tells(every, shift):
+    if not _tells(every, shift, least):
         return 1.0, explained, shift
     return _chance_of(explained, len(some)), explained, shift
 
 
-def _tells(one: Shift, shift) -> bool:
-    """Whether a shift (3,) explains most of the squares of one or more touches."""
-    return one.square - one.left(shift) > _EXPLAINED * one.square
+def _tells(one: Shift, shift, least: float) -> bool:
+    """Whether a shift (3,) explains more than a share of the squares of one or more touches."""
+    return one.square - one.left(shift) > least * one.square
 
 
 def _chance_of(square: float, touches: int) -> float:

@@ -8,9 +8,6 @@ from touchatlas.atlas.body.choose import body_of_one
 from touchatlas.atlas.labels.samples import contour_samples
 from touchatlas.atlas.state import AtlasState
 
-# Least fraction of the squared distances that one shift of the object explains, and that shift in
-# deviations of a sample. Doubled, few moves are told from detail.
-_EXPLAINED, _SHIFT = 0.5, 1.0
 # Root mean square of the distances of one half of the samples from the surface of the other, in
 # deviations of both, below which nothing moved: it is 1 where all is well. Doubled, small moves are
 # not seen.
@@ -48,13 +45,13 @@ def shift_of_object(atlas: AtlasState, found) -> tuple[np.ndarray, np.ndarray]:
     by n . t / 2 with the move t, an earlier one by -n . t / 2. A free-form surface bends to follow
     all of them, so that each half of the samples is compared with the surface of the other half.
     """
-    count, std, stds = len(found.distance), atlas.sample_std, atlas.sample_stds
+    count, stds = len(found.distance), atlas.sample_stds
     order, none = np.arange(count) / count, np.zeros(count, bool)
     if not atlas.known_body.is_one_face:
         all_of_them = _Beside(found.distance / stds, found.normal / stds[:, None])
         shift, explained = _shift(all_of_them, order, -0.5, 0.5, _MOMENTS)
         off = np.abs(found.distance) > stds
-        return (shift, off) if _is_move(shift, explained, std) else (shift, none)
+        return (shift, off) if _is_move(atlas, shift, explained) else (shift, none)
     early = order < 0.5
     later, before = _beside(atlas, early), _beside(atlas, ~early)
     tried = [
@@ -65,12 +62,13 @@ def shift_of_object(atlas: AtlasState, found) -> tuple[np.ndarray, np.ndarray]:
     some = beside.normal.any(axis=1)
     rough = some.any() and np.sqrt(np.mean(beside.distance[some] ** 2)) > _BESIDE
     off = np.abs(beside.distance) > 1.0
-    return (shift, off) if rough and _is_move(shift, explained, std) else (shift, none)
+    return (shift, off) if rough and _is_move(atlas, shift, explained) else (shift, none)
 
 
-def _is_move(shift, explained: float, std: float) -> bool:
-    """Whether a shift is one, and explains most of what differs."""
-    return bool(explained > _EXPLAINED and np.linalg.norm(shift) > _SHIFT * std)
+def _is_move(atlas: AtlasState, shift, explained: float) -> bool:
+    """Whether a shift is more than a deviation of a sample, and explains most of what differs."""
+    large = np.linalg.norm(shift) > atlas.sample_std
+    return bool(explained > atlas.levels.explained and large)
 
 
 def _beside(atlas: AtlasState, of) -> _Beside:
