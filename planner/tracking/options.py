@@ -146,10 +146,9 @@ class TriggerOptions:
     ----------
     points : int
         Of each arm of a contour, besides the contact.
-    approach : float, length
-        Height above the expected contact from which a point is probed.
-    overtravel : float, length
-        How far below it a point is looked for.
+    turn : float, rad
+        Angle on a circle about the point before, above the place that is expected, from which a
+        point is probed, and by which it is looked for farther where it is not met.
     retract : float, length
         How far the tip leaves the surface after a point.
     clearance : float, length
@@ -158,8 +157,7 @@ class TriggerOptions:
     """
 
     points: int = 5
-    approach: float = 2.0
-    overtravel: float = 2.0
+    turn: float = np.pi / 8.0
     retract: float = 2.0
     clearance: float = 20.0
 
@@ -170,7 +168,7 @@ class TriggerOptions:
 
     def in_unit(self, millimetre: float) -> "TriggerOptions":
         """The same in a unit of which a millimetre has so many."""
-        return scaled(self, millimetre, ("approach", "overtravel", "retract", "clearance"))
+        return scaled(self, millimetre, ("retract", "clearance"))
 
 
 def scaled(record, factor: float, lengths: tuple[str, ...], inverse: tuple[str, ...] = ()):

@@ -7,48 +7,34 @@ import numpy as np
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.geometry.order import out_of_order
+from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.going import arrives
 from touchatlas.planner.tracking.machines import Trigger
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
-# Where a point is not found straight ahead, it is looked for around an edge, and where the way to
-# it is blocked, up a wall: angles by which the direction of travel turns, rad.
-_AROUND, _UP = (0.5, 1.0, 1.4), (-0.5, -1.0, -1.4)
-# A point is probed from, and looked for as deep as, such fractions of the distance between points,
-# if they are more than usual: about the first point of an arm nothing is known, and after it how
-# the curve bends.
-_FIRST, _RISE = 0.35, 0.12
-# A curve is expected to turn by no more than this in a step, rad: more is an edge, that ended.
-_BEND = 0.6
-
 
 @dataclass(frozen=True, eq=False)
 class _Hop:
     """A place of the tip in contact: its centre, the direction of travel, that outward, (3,); and
-    by which angle the curve turns inward in a step, rad, None where it is not known."""
+    by which angle the curve turns inward in a step, rad."""
 
     centre: np.ndarray
     along: np.ndarray
     outward: np.ndarray
-    bend: float | None = None
+    bend: float = 0.0
 
     def lifted(self, height: float) -> np.ndarray:
         """(3,) the centre lifted off the surface."""
         found: np.ndarray = self.centre + height * self.outward
         return found
 
-    def turned(self, angle: float) -> "_Hop":
-        """The same, travelling more inward by an angle."""
-        c, s = np.cos(angle), np.sin(angle)
-        along, outward = c * self.along - s * self.outward, c * self.outward + s * self.along
-        return _Hop(self.centre, along, outward, self.bend)
-
-    def ahead(self, step: float, angle: float = 0.0) -> "_Hop":
-        """The place expected a step on along an arc, turned by an angle more."""
-        turn = (self.bend or 0.0) + angle
-        half, whole = self.turned(0.5 * turn), self.turned(turn)
-        return _Hop(self.centre + step * half.along, whole.along, whole.outward, self.bend)
+    def around(self, radius: float, angle: float) -> np.ndarray:
+        """(3,) the place on a circle about the centre at an angle inward from straight ahead."""
+        along = np.cos(angle) * self.along - np.sin(angle) * self.outward
+        found: np.ndarray = self.centre + radius * along
+        return found
 
 
 def touch_points(
@@ -59,8 +45,8 @@ def touch_points(
 ) -> Touch:
     """Carry out a plan with a machine that triggers.
 
-    Each arm becomes some points a fraction of its reach apart. Each is approached along the normal
-    that the two points before it let expect.
+    Each arm becomes some points a fraction of its reach apart: where circles about the points
+    before meet the surface, whether it goes on, ends at an edge, or rises as a wall.
 
     Parameters
     ----------
@@ -86,12 +72,13 @@ def touch_points(
         return _in_vain(plan, TouchStatus.NO_CONTACT, np.stack([origin, target]), tip)
     contours, tracked = [], 0.0
     for plane in plan.planes:
-        arms = [
-            _arm(trigger, plan, _Hop(centre, way, plan.normal), options)
-            for way in (cross(plan.normal, plane.normal), cross(plane.normal, plan.normal))
-        ]
-        (ahead, last), (behind, first) = arms
+        along = cross(plan.normal, plane.normal)
+        ahead, last = _arm(trigger, plan, _Hop(centre, along, plan.normal), options)
+        behind, first = _arm(trigger, plan, _Hop(centre, -along, plan.normal), options, ahead)
         points = np.vstack([behind[::-1], centre, ahead])
+        # All around a body a few points have no order that can be told.
+        while len(points) >= LEAST_POINTS and out_of_order(points):
+            points = points[1:-1]
         tracked += float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
         noise = tip.sample_std(1)
         contours.append(Contour(points, SamplingPlane(centre, plane.normal), noise, (first, last)))
@@ -118,22 +105,24 @@ def _in_vain(plan: ProbePlan, status: TouchStatus, way: np.ndarray | None, tip: 
     return Touch(plan.number, *place, (), status, 0.0, 0.0, way, tip.radius, tip.radius_std)
 
 
-def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions):
+def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions, other=()):
     """Centres (k, 3) of the points of an arm, and why it ended; the tip is then above the contact
-    again, on the way that it came."""
+    again, on the way that it came. It ends where it comes to points (m, 3) of the ``other`` arm,
+    around the body, or to known surface."""
     hops, end, step = [first], ContourEnd.LENGTH_REACHED, plan.reach / options.points
     air = [first.lifted(options.retract)]
     trigger.move(air[0][None])
     while len(hops) <= options.points:
-        ahead = hops[-1].ahead(step)
-        if plan.until is not None and len(hops) > 1 and plan.until(ahead.centre[None])[0]:
-            # What is known there teaches nothing.
+        ahead = hops[-1].around(step, hops[-1].bend / 2.0)
+        known = plan.until is not None and len(hops) > 1 and plan.until(ahead[None])[0]
+        if known or (np.linalg.norm(ahead - np.reshape(other, (-1, 3)), axis=1) < 0.5 * step).any():
+            # A point there teaches nothing.
             break
         found = _next(trigger, hops[-1], step, options, air)
         if found is None:
             end = ContourEnd.TURNED_AWAY
             break
-        hops.append(_with_direction(hops, found))
+        hops.append(_with_direction(hops, found, 2.0 * options.turn))
         if hops[-1].along @ first.along < np.cos(plan.max_turn):
             end = ContourEnd.TURNED_AWAY
             break
@@ -143,42 +132,53 @@ def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions
 
 def _next(
     trigger: Trigger, hop: _Hop, step: float, options: TriggerOptions, air: list[np.ndarray]
-) -> _Hop | None:
-    """The next point of an arm, a step on; None where there is none ahead, around an edge or up a
-    wall. The tip begins and ends at the last of the free places ``air``, which grow."""
-    deep = max(options.overtravel, _FIRST * step)
-    rise = max(options.approach, (_FIRST if hop.bend is None else _RISE) * step)
-    angles = [0.0, *_AROUND]
-    while angles:
-        angle = angles.pop(0)
-        ahead = hop.ahead(step, angle)
-        start = ahead.lifted(rise)
-        if trigger.move(start[None]):
-            centre = trigger.probe(ahead.lifted(-deep))
-            trigger.move(start[None])
-            if centre is not None:
-                air.append(start)
-                return _Hop(centre, ahead.along, ahead.outward)
-        elif angle <= 0.0:
-            angles = list(_UP) if angle == 0.0 else angles
+) -> np.ndarray | None:
+    """The centre (3,) of the next point of an arm: where a circle about the last one, gone inward
+    in chords, meets the surface; None where it does not. The tip begins and ends at the last of the
+    free places ``air``, which grow.
+
+    It begins above the expected place, and higher where the way there is blocked.
+    """
+    # From straight out to straight in, less what is between the tip and the point before.
+    angle, last = 0.5 * hop.bend - options.turn, 0.5 * np.pi + options.turn
+    while not trigger.move(hop.around(step, angle)[None]):
         trigger.move(air[-1][None])
+        angle -= options.turn
+        if angle < -last:
+            return None
+    gone = [hop.around(step, angle)]
+    while angle < last:
+        angle += options.turn
+        target = hop.around(step, angle)
+        centre = trigger.probe(target)
+        if centre is None:
+            gone.append(target)
+            continue
+        away = gone[-1] - centre
+        length = float(np.linalg.norm(away))
+        gone.append(centre + min(1.0, options.retract / max(length, 1e-300)) * away)
+        trigger.move(gone[-1][None])
+        air += gone
+        return centre
+    trigger.move(np.array([*gone[-2::-1], air[-1]]))
     return None
 
 
-def _with_direction(hops: list[_Hop], found: _Hop) -> _Hop:
-    """A point found after others: it travels, and bends, as an arc through the last three, or, of
-    two, through these in the first one's direction."""
-    w = cross(found.outward, found.along)
-    chord, before = _unit(found.centre - hops[-1].centre, w), hops[-1].along
+def _with_direction(hops: list[_Hop], centre: np.ndarray, most: float) -> _Hop:
+    """A point (3,) found after others: it travels, and bends, as an arc through the last three, or,
+    of two, through these in the first one's direction. A curve that turned by more than ``most`` in
+    a step had an edge, which is over."""
+    w = cross(hops[0].outward, hops[0].along)
+    chord, before = _unit(centre - hops[-1].centre, w), hops[-1].along
     if len(hops) > 1:
         before = _unit(hops[-1].centre - hops[-2].centre, w)
     inward = -cross(chord, w)
     turn = float(np.arctan2(-(before @ inward), before @ chord))
     # Of a direction at a point the chord has turned by half a step, of a chord by a whole one.
     bend = turn if len(hops) > 1 else 2.0 * turn
-    bend = float(np.clip(bend, -_BEND, _BEND))
+    bend = float(np.clip(bend, -most, most))
     along = np.cos(0.5 * bend) * chord + np.sin(0.5 * bend) * inward
-    return _Hop(found.centre, along, cross(along, w), bend)
+    return _Hop(centre, along, cross(along, w), bend)
 
 
 def _unit(chord: np.ndarray, w: np.ndarray) -> np.ndarray:

@@ -1,5 +1,7 @@
 """The simulated trigger probe, and plans of single points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,36 @@ def test_points_go_around_an_edge():
     assert (points[:, 2] < 28.0).any() and (points[:, 2] > 31.9).any()
     # A move that meets the body is no crash: a trigger stops.
     assert trigger.collisions <= 2
+
+
+@pytest.mark.parametrize("x", [17.0, 20.0, 23.0, 26.0, 29.5])
+def test_an_edge_is_gone_around_wherever_it_is_within_a_step(x):
+    """The circle of radius 10 about a point on the top meets the top, or the side below the edge.
+    Chords of pi / 8 are inside of it by 10 (1 - cos(pi / 16)) = 0.19."""
+    trigger = machine(CUBE)
+    plan = plan_on(np.array([x, 0.0, 30.0]), UP, np.array([1.0, 0.0, 0.0]), 20.0)
+    touch = touch_points(trigger, plan, Tip(), TriggerOptions(points=2))
+    points = touch.contours[0].points
+    assert len(points) == 5
+    off = points - np.clip(points, -30.0, 30.0)
+    assert np.allclose(np.linalg.norm(off, axis=1), 2.0, atol=1e-3)
+    gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert ((gaps > 9.8) & (gaps < 10.001)).all()
+
+
+def test_arms_that_meet_around_a_body_end():
+    """The circle of centres is 220 long, and the arms together 300."""
+    plan = replace(plan_on(33.0 * UP, UP, np.array([1.0, 0.0, 0.0]), 150.0), max_turn=np.pi)
+    plan = replace(plan, planes=plan.planes[:1])
+    [contour] = touch_points(machine(), plan, Tip(), TriggerOptions(points=6)).contours
+    apart = np.linalg.norm(contour.points[:, None] - contour.points, axis=2)
+    assert apart[~np.eye(len(apart), dtype=bool)].min() > 12.5 and 6 < len(apart) < 11
+
+
+def test_a_few_points_all_around_a_body_are_kept_in_an_order():
+    plan = replace(plan_on(33.0 * UP, UP, np.array([1.0, 0.0, 0.0]), 120.0), max_turn=np.pi)
+    touch = touch_points(machine(), plan, Tip(), TriggerOptions(points=2))
+    assert touch.status is TouchStatus.TOUCHED and len(touch.contours) == 3
 
 
 def test_where_nothing_is_met_a_trigger_says_so():
