@@ -129,9 +129,7 @@ class AtlasState:
             self.settled = self.next_number
             self.forget_law()
         if known.body is not None:
-            body = known.body.with_air(self.ways)
-            body.rims = self.rims
-            known = replace(known, body=body)
+            known = replace(known, body=known.body.with_air(self.ways, self.rims))
         self.known_body = known
 
     @cached_property
@@ -164,9 +162,7 @@ class AtlasState:
         rims = rims_less_tip(self.rims, pool, self.tip_radius)
         known = less_tip(self.known_body, pool, self.tip_radius, self.levels)
         assert known.body is not None
-        own = known.body.with_air(self.ways)
-        own.rims = rims
-        return pool, rims, replace(known, body=own)
+        return pool, rims, replace(known, body=known.body.with_air(self.ways, rims))
 
     @property
     def body(self) -> Body | None:

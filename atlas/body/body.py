@@ -10,7 +10,7 @@ from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.faces.face_corners import on_ball
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.face_field import FaceField, FaceValues
-from touchatlas.atlas.field.passed_air import air_inside
+from touchatlas.atlas.field.passed_air import air_inside, through_openings
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.samples.rims import Rims
@@ -68,20 +68,31 @@ class Body:
         found.field = self.field.with_surface(surface)
         return found
 
-    def with_air(self, ways) -> "Body":
+    def with_air(self, ways, rims: Rims | None = None) -> "Body":
         """The same body without what is on straight ways (m, 2, 3), length, world, given by their
-        ends: a probe passed there."""
+        ends: a probe passed there. It ends at rims, and a way through an opening leaves it whole:
+        what ends is a sheet, with air on both sides."""
         bare = self.field.with_air(None)
+
+        def at(points):
+            found = bare.at(points)
+            return found.distance, found.normal
+
+        def is_open(points, normals):
+            return rims.beyond(points, normals) | rims.at(points, _BEYOND_RIM * self.reach)
+
+        if rims and len(ways):
+            ways = ways[~through_openings(ways, at, is_open)]
         air = air_inside(
             ways,
-            lambda points: bare.at(points).distance,
+            lambda points: at(points)[0],
             self.away,
             self.reach,
             self.samples.std,
             self.samples.levels.sure,
         )
         found = copy(self)
-        found.field = bare.with_air(air)
+        found.field, found.rims = bare.with_air(air), rims
         return found
 
     @property

@@ -84,7 +84,7 @@ def _body_of_one(state: AtlasState) -> Iterator[str]:
     if known.is_few:
         again = with_fewer_patches(again, state.tolerance)
     assert again.body is not None
-    body = again.body.with_air(state.ways)
+    body = again.body.with_air(state.ways, known.body.rims)
     some = np.unique(np.linspace(0, known.count - 1, _COMPARED).astype(int))
     points = state.pool.points[some]
     one, other = known.body.field.at(points), body.field.at(points)

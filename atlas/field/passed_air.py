@@ -85,11 +85,41 @@ def air_inside(
         Depth inside of the faces at which these are wrong, in such deviations, beyond a fifth of
         the distance of the nearest sample.
     """
-    along = np.linspace(0.0, 1.0, 32)[:, None, None]
-    points = np.concatenate(ways[:, 0] + along * (ways[:, 1] - ways[:, 0]))
+    points = _along(ways).reshape(-1, 3)
     clear = away(points)
     # A sample on a way has no room for air, whatever the faces make of it.
     some = (clear > 0.0) & (clear < reach)
     points, clear = points[some], clear[some]
     inside = distance(points) < -(0.2 * clear + sure * std)
     return PassedAir(points[inside], 0.5 * clear[inside]) if inside.any() else None
+
+
+def through_openings(
+    ways,
+    at: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    is_open: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """(m,) whether ways pass through a surface where it is open, or begin inside, where they came
+    through another opening: inside is air as well.
+
+    Parameters
+    ----------
+    ways : (m, 2, 3) float, length, world
+    at : function from points (n, 3) to signed distance (n,), length, and normal (n, 3) of faces
+    is_open : function from points (n, 3) of faces and their normals (n, 3) to (n,) bool
+    """
+    points = _along(ways)
+    distance = at(points.reshape(-1, 3))[0].reshape(points.shape[:2])
+    place, way = np.nonzero((distance[:-1] < 0.0) != (distance[1:] < 0.0))
+    # Where a straight line between two places is zero.
+    first, second = distance[place, way], distance[place + 1, way]
+    share = (first / (first - second))[:, None]
+    crossed = (1.0 - share) * points[place, way] + share * points[place + 1, way]
+    entered = np.bincount(way, is_open(crossed, at(crossed)[1]), len(ways)) > 0
+    return np.asarray(entered | (distance[0] < 0.0))
+
+
+def _along(ways) -> np.ndarray:
+    """(32, m, 3) points of ways (m, 2, 3), at equal distances from end to end."""
+    along = np.linspace(0.0, 1.0, 32)[:, None, None]
+    return np.asarray(ways[:, 0] + along * (ways[:, 1] - ways[:, 0]))

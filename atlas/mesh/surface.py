@@ -259,7 +259,7 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     # Cubes larger than a seventh of a patch do not tell small patches from what they leave out.
     edge = max(min(coarse_edge(body), surface.radius / 7.0), body.extent / MOST)
     # Patches follow from samples alone, whether or not a probe passed through their surface.
-    whole = body.with_air(np.zeros((0, 2, 3)))
+    whole = body.with_air(np.zeros((0, 2, 3)), body.rims)
     drawn = without_stray_pieces(body_surface(whole, edge), body.samples.points)
     if not len(drawn.faces):
         return known

@@ -8,7 +8,7 @@ import pytest
 
 from tests.explored import explored
 from touchatlas.atlas import Touch, TouchStatus
-from touchatlas.atlas.field.passed_air import PassedAir, air_inside
+from touchatlas.atlas.field.passed_air import PassedAir, air_inside, through_openings
 
 RNG = np.random.default_rng(0)
 # A body that is the half space below z = 0, and its deviation.
@@ -75,6 +75,19 @@ def test_ways_outside_and_ways_to_the_surface_change_nothing():
     assert air_of([0, 0, 5], [0, 0, 0]) is None
     assert air_of([4, 0, 5], [4, 0, -0.5]) is None
     assert air_inside(np.zeros((0, 2, 3)), first, first, 1.0, 0.0, 4.0) is None
+
+
+def test_ways_through_an_opening_and_ways_from_inside_are_told_from_others():
+    """A half space below z = 0 whose surface ends at x = 0. Down at x = 3, at x = -3, obliquely at
+    x = 1; above it; and from below."""
+    down = [[[3, 0, 5], [3, 0, -5]], [[-3, 0, 5], [-3, 0, -5]], [[-9, 0, 5], [11, 0, -5]]]
+    others = [[[-3, 0, 5], [-3, 0, 1]], [[-3, 0, -5], [-3, 0, -1]]]
+    found = through_openings(
+        np.array([*down, *others], float),
+        lambda points: (points[:, 2], np.tile([0.0, 0.0, 1.0], (len(points), 1))),
+        lambda points, normals: points[:, 0] > 0.0,
+    )
+    assert found.tolist() == [True, False, True, False, True]
 
 
 def test_where_a_way_runs_inside_there_are_balls_up_to_half_way_to_the_samples():
