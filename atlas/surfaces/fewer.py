@@ -190,7 +190,7 @@ def _followed(on: SurfacePoints, sites: SexticSites, number: int) -> tuple[np.nd
     off = (height - mean @ terms)[: len(some)]
     variance = on.variances[some] / radius**2 + off**2
     spread = np.maximum(np.tile(variance, 3) + beside**2, std**2)
-    precision = (terms / spread) @ terms.T + _PRECISION
+    precision = np.divide(terms, spread, out=weighted) @ terms.T + _PRECISION
     # As in touchatlas.atlas.surfaces.sextic_fit.
     factor = np.linalg.inv(np.linalg.cholesky(precision[::-1, ::-1]))[::-1, ::-1]
     predicted = ((factor @ terms[:, : len(some)]) ** 2).sum(axis=0)
@@ -202,22 +202,23 @@ def _most_off(on: SurfacePoints, batch: Sextics) -> np.ndarray:
     times its largest share there; infinite where it is folded amid what it has."""
     radius = batch.radii[0]
     number, place, away = pairs_within(cKDTree(batch.origins), on.tree, WEIGHS * radius)
-    cosine = np.einsum("ij,ij->i", batch.axes[number, 2], on.sides[place])
+    upward, sides = batch.axes[:, 2].take(number, axis=0), on.sides.take(place, axis=0)
+    cosine = np.einsum("ij,ij->i", upward, sides)
     faces = (cosine > FACING) & (away < WEIGHS * radius)
-    number, place, away = number[faces], place[faces], away[faces]
+    number, place, away, sides = number[faces], place[faces], away[faces], sides[faces]
     weight = (1.0 - (away / (WEIGHS * radius)) ** 2) ** 3
     weight *= (cosine[faces] - FACING) / (1.0 - FACING)
     share = np.minimum(weight / _WEIGHT, 1.0)
-    values = batch.values(number, on.points[place])[0]
-    bound = on.bounds[place]
+    points, bound = on.points.take(place, axis=0), on.bounds.take(place)
+    values = batch.values(number, points)[0]
     off = np.full(len(bound), np.inf)
     np.divide(np.abs(values[:, 0]), bound, out=off, where=bound > 0.0)
     # Of every second point the place outside, of the others that inside.
     level = np.where(place % 2, on.spacing, -on.spacing)
-    beside = on.points[place] + level[:, None] * on.normals[place]
+    beside = points + level[:, None] * on.normals.take(place, axis=0)
     far = np.abs(batch.values(number, beside)[0][:, 0] - level) / (0.5 * on.spacing)
     off = np.maximum(off, far) * share
-    folded = np.einsum("ij,ij->i", values[:, 1:4], on.sides[place]) <= 0.0
+    folded = np.einsum("ij,ij->i", values[:, 1:4], sides) <= 0.0
     off[folded & (away < _HAS * radius)] = np.inf
     out = np.zeros(len(batch))
     np.maximum.at(out, number, off)

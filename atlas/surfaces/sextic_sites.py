@@ -46,16 +46,17 @@ class SexticSites:
 def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     """Sextics of a radius with middles (m,) of samples with normals (n, 3)."""
     owner, samples, away = pairs_within(cKDTree(tree.data[middles]), tree, radius)
-    faces = np.einsum("ij,ij->i", normals[samples], normals[middles[owner]]) > FACING
+    middle, own = middles.take(owner), normals.take(samples, axis=0)
+    faces = np.einsum("ij,ij->i", own, normals.take(middle, axis=0)) > FACING
     # A middle of a normal of length zero faces itself.
-    faces |= samples == middles[owner]
+    faces |= samples == middle
     owner, samples, away = owner[faces], samples[faces], away[faces]
     first = np.searchsorted(owner, np.arange(len(middles)))
     # More take longer, and change little.
     members = [evenly(some, 400) for some in np.split(samples, first[1:])]
     farthest = samples[first_largest(away, first)]
     tangents = tree.data[farthest] - tree.data[middles]
-    axes = _axes(np.add.reduceat(normals[samples], first), tangents)
+    axes = _axes(np.add.reduceat(own[faces], first), tangents)
     return SexticSites(radius, middles, axes, members)
 
 
