@@ -19,7 +19,6 @@ from touchatlas.sim.world.mesh_file import load_mesh
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
-    "cost_of_planning.py": ["sphere:3"],
     "cost_of_queries.py": ["3"],
     "displaced_curves.py": ["1"],
     "economy.py": ["sphere:1"],
@@ -39,10 +38,10 @@ ARGUMENTS = {
     "same_bytes.py": ["ellipsoid_paper:1"],
     "scan_and_touches.py": ["sphere"],
     "sections.py": ["cap.ply"],
+    "speed.py": ["sphere:3", "--places", "6", "--cells", "8"],
     "study_on_workers.py": ["12"],
     "surface_peers.py": ["sphere", "4", "2e-4", "8"],
     "table_of_objects.py": ["cap.ply:2"],
-    "time_of_a_touch.py": ["sphere"],
 }
 
 

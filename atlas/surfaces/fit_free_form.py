@@ -116,7 +116,7 @@ def _sextics(sites: SexticSites, points, fitted) -> Sextics:
     coefficients, factors = fitted
     radii = np.full(len(sites.middles), sites.radius)
     frame = points[sites.middles], sites.axes, radii
-    return Sextics(*frame, coefficients, factors.astype(np.float32))
+    return Sextics(*frame, coefficients, factors)
 
 
 def _face_samples(sites: SexticSites, sextics: Sextics, points, normals) -> np.ndarray:

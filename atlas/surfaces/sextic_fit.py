@@ -149,11 +149,15 @@ def with_factors(equations: Equations, precision=_FLAT) -> tuple[np.ndarray, np.
     """Coefficients (m, t) with a prior of a precision (t, t), and upper triangular U (m, t, t) of
     covariances U' U: the information, backwards, is L L' (Cholesky), and U is the inverse of L,
     backwards. The covariance itself may be indefinite by rounding."""
-    information = equations.information + precision
-    lower = np.linalg.cholesky(information[:, ::-1, ::-1])
-    factors = np.linalg.inv(lower)[:, ::-1, ::-1]
-    right = factors @ equations.right[..., None]
-    return (factors.transpose(0, 2, 1) @ right)[..., 0], factors
+    mean, factors = np.empty_like(equations.right), np.empty_like(equations.information, np.float32)
+    # In blocks, for the memory that matrices take.
+    for start in range(0, len(mean), 64):
+        some = slice(start, start + 64)
+        lower = np.linalg.cholesky((equations.information[some] + precision)[:, ::-1, ::-1])
+        own = np.linalg.inv(lower)[:, ::-1, ::-1]
+        right = own @ equations.right[some, :, None]
+        mean[some], factors[some] = (own.transpose(0, 2, 1) @ right)[..., 0], own
+    return mean, factors
 
 
 def _next(equations: Equations, precision) -> np.ndarray:

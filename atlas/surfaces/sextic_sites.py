@@ -44,7 +44,18 @@ class SexticSites:
 
 
 def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
-    """Sextics of a radius with middles (m,) of samples with normals (n, 3)."""
+    """Sextics of a radius with middles (m,) of samples with normals (n, 3). Many are found in
+    blocks, for the memory that pairs of middles and samples take."""
+    parts = [
+        _in_block(tree, normals, middles[start : start + 128], radius)
+        for start in range(0, len(middles), 128)
+    ]
+    axes, members = zip(*parts, strict=True)
+    return SexticSites(radius, middles, np.concatenate(axes), sum(members, []))
+
+
+def _in_block(tree: cKDTree, normals, middles, radius: float) -> tuple[np.ndarray, list]:
+    """Axes (m, 3, 3) and members of some of the sextics."""
     owner, samples, away = pairs_within(cKDTree(tree.data[middles]), tree, radius)
     middle, own = middles.take(owner), normals.take(samples, axis=0)
     faces = np.einsum("ij,ij->i", own, normals.take(middle, axis=0)) > FACING
@@ -56,8 +67,7 @@ def sites_of(tree: cKDTree, normals, middles, radius: float) -> SexticSites:
     members = [evenly(some, 400) for some in np.split(samples, first[1:])]
     farthest = samples[first_largest(away, first)]
     tangents = tree.data[farthest] - tree.data[middles]
-    axes = _axes(np.add.reduceat(own[faces], first), tangents)
-    return SexticSites(radius, middles, axes, members)
+    return _axes(np.add.reduceat(own[faces], first), tangents), members
 
 
 def pairs_within(points: cKDTree, others: cKDTree, radius: float) -> tuple[np.ndarray, ...]:
