@@ -35,7 +35,8 @@ def closed_corners(atlas: AtlasState) -> tuple[np.ndarray, np.ndarray]:
     From one contact to the next, normals turn by t toward each other, more than in a smooth bend:
     the ball touches both sides at once, at a distance of 2 r sin(t/2). A sharp corner is
     r (1 / cos(t/2) - 1) deeper than a ball of radius r. Of contacts with normals the distance
-    tells r.
+    tells r. Centres go into the corner and out of it, both against the turn; about a convex edge,
+    whose contacts are those of one side or the other, they go along it.
     """
     pool = atlas.without_tip.pool
     if not pool.measured.any():
@@ -44,11 +45,12 @@ def closed_corners(atlas: AtlasState) -> tuple[np.ndarray, np.ndarray]:
     chord = np.sqrt((turn * turn).sum(axis=1))
     # Twice the sine of half of the turn.
     found = (chord > 2.0 * np.sin(MOST_TILT)) & ((turn * gap).sum(axis=1) < 0.0)
+    limit = atlas.levels.sure * np.hypot(atlas.sample_std, atlas.systematic_std)
+    found &= ((gap + atlas.tip_radius * turn) * turn).sum(axis=1) <= limit * chord
     found &= (np.diff(pool.contours) == 0) & pool.measured[1:] & pool.measured[:-1]
     at = np.flatnonzero(found)
     radius = atlas.tip_radius or np.sqrt((gap[at] * gap[at]).sum(axis=1)) / chord[at]
     depth = radius * (1.0 / np.sqrt(np.maximum(1.0 - 0.25 * chord[at] ** 2, 0.01)) - 1.0)
-    limit = atlas.levels.sure * np.hypot(atlas.sample_std, atlas.systematic_std)
     at, depth = at[depth > limit], depth[depth > limit]
     return 0.5 * (pool.points[at] + pool.points[at + 1]), depth
 

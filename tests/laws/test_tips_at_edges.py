@@ -1,6 +1,8 @@
 """Edges and corners that a ball tip touched: sharp where they are sharp, closed where it did not
 enter."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,8 @@ from touchatlas.atlas.edges.blunt_edges import BluntEdge
 from touchatlas.atlas.edges.boundary import Boundary, EdgeKind
 from touchatlas.atlas.edges.edge_curves import CurvePoints
 from touchatlas.atlas.faces.join_faces import face_edge
+from touchatlas.atlas.records.options import Levels
+from touchatlas.atlas.samples.sample_pool import SamplePool
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.plans import concurrent_planes
 
@@ -114,3 +118,17 @@ def test_centres_and_contacts_with_normals_show_one_ring(are_contacts):
     assert np.quantile(np.abs(about), 0.95) < 0.5 * 1.3
     off = np.abs(atlas.blend(points).distance - about)
     assert np.nanmean(off < 1.96 * surface.deviation) > 0.88
+
+
+@pytest.mark.parametrize("sides", [[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1]])
+def test_centres_about_a_convex_edge_close_no_corner(sides):
+    """On the quarter of a circle about an edge they move along the turn of the normals, wherever
+    they are taken for those of the other side."""
+    angle = np.array([0.1, 0.4, 0.9, 1.4])
+    centres = TIP * np.stack([np.sin(angle), 0.0 * angle, np.cos(angle)], axis=1)
+    normals = np.where(np.array(sides)[:, None] == 1, SIDE, UP)
+    pool, none = SamplePool(), np.zeros(4)
+    pool.add(centres - TIP * normals, normals, normals[::-1], none > 0, none + 1e-3, none, True)
+    known = {"tip_radius": TIP, "levels": Levels(), "sample_std": 0.01, "systematic_std": 0.0}
+    atlas = SimpleNamespace(without_tip=SimpleNamespace(pool=pool), **known)
+    assert not len(closed_corners(atlas)[0])
