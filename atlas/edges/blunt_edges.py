@@ -58,15 +58,29 @@ class BluntEdge:
     crossings: np.ndarray
 
 
+class PiecesAt:
+    """Distances and normals of the pieces of labels at samples (m,), each evaluated once."""
+
+    def __init__(self, labels: Labels, samples) -> None:
+        self.labels, self.samples = labels, samples
+        self.points = labels.evidence.samples.points[samples]
+        self.std = labels.evidence.samples.std_of(samples)
+        self._found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def __getitem__(self, label: int) -> tuple[np.ndarray, np.ndarray]:
+        if label not in self._found:
+            self._found[label] = self.labels.pieces[label].at(self.points)
+        return self._found[label]
+
+
 class RoundedPair:
     """Signed distances of samples (m,) from two labels, times the sign of their edge, and the
     cosines of their normals."""
 
-    def __init__(self, labels: Labels, pair, sign: float, samples) -> None:
-        self.evidence: Evidence = labels.evidence
-        self.std = self.evidence.samples.std_of(samples)
-        points = self.evidence.samples.points[samples]
-        (first, one), (second, other) = (labels.pieces[k].at(points) for k in pair)
+    def __init__(self, at: PiecesAt, pair, sign: float) -> None:
+        self.evidence: Evidence = at.labels.evidence
+        self.std = at.std
+        (first, one), (second, other) = (at[k] for k in pair)
         self.first, self.second = sign * first, sign * second
         self.cosine = (one * other).sum(axis=1)
 
@@ -196,11 +210,11 @@ def _uncrossed_edge(
     for label in pair:
         away = cKDTree(samples.points[labels.members(label)]).query(samples.points[loose])[0]
         loose = loose[away < _widest(labels)]
-    on_ball = RoundedPair(labels, pair, sign, loose).ball_nats(radius)
+    on_ball = RoundedPair(PiecesAt(labels, loose), pair, sign).ball_nats(radius)
     members = loose[on_ball < evidence.options.unexplained]
     if len(members) < 2 * _ROW:
         return None
-    across = RoundedPair(labels, pair, sign, members)
+    across = RoundedPair(PiecesAt(labels, members), pair, sign)
     found = across.radius()
     if found is None or not abs(found[0] - radius) < evidence.sure * found[1]:
         return None
@@ -230,23 +244,23 @@ def needless_labels(labels: Labels) -> Iterator[tuple[BluntEdge, int]]:
                 yield edge, label
 
 
-def rounding_nats(labels: Labels, edge: BluntEdge, samples, given=()) -> np.ndarray:
+def rounding_nats(edge: BluntEdge, at: PiecesAt, given=()) -> np.ndarray:
     """(m,) nats of samples by the ball of an edge, and where it goes on at its ends: by the edges
     of its faces with a third one, not ``given`` up, and by the corner of all three."""
-    evidence, pair = labels.evidence, (edge.first, edge.second)
-    around = labels.of[evidence.graph.around(np.union1d(samples, edge.samples), 6)]
+    labels, evidence, pair = at.labels, at.labels.evidence, (edge.first, edge.second)
+    around = labels.of[evidence.graph.around(np.union1d(at.samples, edge.samples), 6)]
     thirds = set(around.tolist()) - {NONE, *pair, *given}
-    nats = RoundedPair(labels, pair, edge.sign, samples).ball_nats(edge.radius)
-    points, radius = evidence.samples.points[samples], np.full(len(samples), edge.radius)
+    nats = RoundedPair(at, pair, edge.sign).ball_nats(edge.radius)
+    radius = np.full(len(at.samples), edge.radius)
     for third in sorted(k for k in thirds if labels.pieces[k].kind.lawful):
         for one in pair:
-            along = RoundedPair(labels, (one, third), edge.sign, samples)
+            along = RoundedPair(at, (one, third), edge.sign)
             nats = np.minimum(nats, along.ball_nats(edge.radius))
-        values = [labels.pieces[k].at(points) for k in (*pair, third)]
+        values = [at[k] for k in (*pair, third)]
         distances = edge.sign * np.stack([value[0] for value in values], axis=1)
         normals = np.stack([value[1] for value in values], axis=1)
         off, _, ball = rounded_corner(distances, normals, radius)
-        corner = evidence.misfit(off / evidence.samples.std_of(samples))
+        corner = evidence.misfit(off / at.std)
         nats = np.where(ball, np.minimum(nats, corner), nats)
     return nats
 
@@ -262,7 +276,7 @@ def blunt_edge(
     evidence, members = labels.evidence, np.flatnonzero(np.isin(labels.of, [*given]))
     samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
     sign = _sign(labels, pair, crossings.beside)
-    across = RoundedPair(labels, pair, sign, samples)
+    across = RoundedPair(PiecesAt(labels, samples), pair, sign)
     found = across.radius() if sign else None
     if found is None or not found[0] > evidence.sure * found[1]:
         return None
@@ -280,7 +294,7 @@ def blunt_edge(
     if _is_bevel(evidence, samples[loose], float(nats[loose].sum())):
         return None
     loose = np.flatnonzero(np.isin(labels.of, [NONE, *given]))
-    on_ball = RoundedPair(labels, pair, sign, loose).ball_nats(radius)
+    on_ball = RoundedPair(PiecesAt(labels, loose), pair, sign).ball_nats(radius)
     on_ball = loose[on_ball < evidence.options.unexplained]
     return BluntEdge(*pair, sign, radius, deviation, on_ball, crossings.points)
 

@@ -10,7 +10,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
+from touchatlas.atlas.edges.blunt_edges import (
+    PiecesAt,
+    blunt_edges,
+    needless_labels,
+    rounding_nats,
+)
 from touchatlas.atlas.labels.grow import Evidence, evenly, growths
 from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
 from touchatlas.atlas.pieces.kinds import LABEL_KINDS, SIMPLE_LAWS, Kind
@@ -228,7 +233,7 @@ def give_to_roundings(labels: Labels) -> int:
         members, known = labels.members(label), labels.loose.copy()
         if not len(members):
             continue
-        labels.round(members, rounding_nats(labels, edge, members, (label,)))
+        labels.round(members, rounding_nats(edge, PiecesAt(labels, members), (label,)))
         if attempt(labels, members, some=(edge.first, edge.second)):
             given += 1
         else:
@@ -239,7 +244,8 @@ def give_to_roundings(labels: Labels) -> int:
 def find_roundings(labels: Labels) -> int:
     """Say which samples the roundings of edges explain; returns for how many that is new."""
     before, loose = labels.rounded, np.flatnonzero(labels.of == NONE)
+    at = PiecesAt(labels, loose)
     labels.loose = np.full(len(labels.of), labels.evidence.options.unexplained)
     for edge in blunt_edges(labels):
-        labels.round(loose, rounding_nats(labels, edge, loose))
+        labels.round(loose, rounding_nats(edge, at))
     return int(np.count_nonzero(labels.rounded & ~before))
