@@ -32,7 +32,7 @@ class Region:
     own : (n,) int
         Places of its own touches, ascending. Each touch is one region's own.
     around : (m,) int
-        Places of the touches of others that have a sample near its own, ascending.
+        Places of the touches of others next to them, ascending.
     """
 
     own: np.ndarray
@@ -48,8 +48,8 @@ def regions_of(touches: Sequence[Touch], most: int, overlap: float | None = None
     most : int
         Most touches that are a region's own.
     overlap : float, length, optional
-        How far around the box of its own samples a region takes others'. The median reach of a
-        touch from its contact, if it is not given.
+        How far around the box of its own contacts a region takes others' touches. The median reach
+        of a touch, if it is not given.
 
     Examples
     --------
@@ -63,21 +63,20 @@ def regions_of(touches: Sequence[Touch], most: int, overlap: float | None = None
     if not most >= 1:
         raise ValueError(f"most is {most}; a region has one touch or more")
     contacts = np.array([touch.contact for touch in touches]).reshape(-1, 3)
-    samples = [np.concatenate([np.zeros((0, 3)), *(c.points for c in t.contours)]) for t in touches]
     if overlap is None:
-        away = [np.linalg.norm(p - c, axis=1) for p, c in zip(samples, contacts, strict=True)]
-        overlap = float(np.median([a.max() for a in away if len(a)] or [0.0]))
-    points = np.concatenate([np.zeros((0, 3)), *samples])
-    of = np.repeat(np.arange(len(samples)), [len(some) for some in samples])
+        overlap = float(np.median([_reach(touch) for touch in touches if touch.contours] or [0.0]))
     found = []
     for own in _leaves(contacts, np.arange(len(contacts)), most):
-        mine = points[np.isin(of, own)]
-        around = np.zeros(0, int)
-        if len(mine):
-            near = (points >= mine.min(axis=0) - overlap) & (points <= mine.max(axis=0) + overlap)
-            around = np.setdiff1d(of[near.all(axis=1)], own)
-        found.append(Region(own, around))
+        low, high = contacts[own].min(axis=0) - overlap, contacts[own].max(axis=0) + overlap
+        near = ((contacts >= low) & (contacts <= high)).all(axis=1)
+        found.append(Region(own, np.setdiff1d(np.flatnonzero(near), own)))
     return found
+
+
+def _reach(touch: Touch) -> float:
+    """Largest distance of a sample from the contact, length."""
+    points = np.concatenate([contour.points for contour in touch.contours])
+    return float(np.linalg.norm(points - touch.contact, axis=1).max())
 
 
 def _leaves(contacts, some, most: int) -> list[np.ndarray]:

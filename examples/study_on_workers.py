@@ -5,8 +5,9 @@ CELLS (400) small cells there by the scheduler's address: fits of one patch. On 
 is killed, and the client, too, which is then started again. Its table is that of one process, byte
 for byte; the script fails where it is not. Then four cells more: one that takes 2 GB, one that
 never ends, one whose process is killed by the system, and a good one, with limits of 0.5 GB and
-8 s: each is a row. Printed are the seconds of a cell that does nothing, the share of all processor
-time that cells of the study get, and what went on.
+8 s: each is a row. At last one without limits that takes 4 GB, where the process of each worker may
+take 3 GB. Printed are the seconds of a cell that does nothing, the share of all
+processor time that cells of the study get, and what went on.
 """
 
 import os
@@ -14,6 +15,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
+import resource
 import signal
 import subprocess
 import sys
@@ -30,6 +32,8 @@ from touchatlas.sim.study.study import Study, run
 from touchatlas.sim.study.workers import WorkOptions
 
 COLUMNS = ("number", "surface", "k1", "k2", "words")
+# Of each process that is started, bytes; and what two cells take.
+MEMORY, GIGABYTES = 3_000_000_000, {"memory": 2, "more": 4}
 SURFACES = ("ball", "ellipsoid", "torus")
 
 
@@ -42,8 +46,8 @@ def fitted(number: int, surface: str) -> list[dict[str, str]]:
 
 def difficult(number: int, kind: str) -> list[dict[str, str]]:
     """A cell that does not end well."""
-    if kind == "memory":
-        return [{"number": str(len(np.ones(250_000_000)))}]
+    if kind in GIGABYTES:
+        return [{"number": str(len(np.ones(GIGABYTES[kind] * 125_000_000)))}]
     if kind == "killed":
         os.kill(os.getpid(), signal.SIGKILL)
     while kind == "endless":
@@ -73,7 +77,9 @@ def started(*words: str) -> subprocess.Popen:
     # Each in a group of its own, so that its children end with it.
     command = [sys.executable, "-m", *words]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    return subprocess.Popen(command, start_new_session=True, **quiet)
+    process = subprocess.Popen(command, start_new_session=True, **quiet)
+    resource.prlimit(process.pid, resource.RLIMIT_AS, (MEMORY, MEMORY))
+    return process
 
 
 def ended(process: subprocess.Popen) -> None:
@@ -163,6 +169,8 @@ def main(arguments: argparse.Namespace) -> int:
         rows = measured(difficult, cells, Path("limits"), limited)
         for kind, row in zip(kinds, rows, strict=True):
             print(f"{kind}: {row['words']}")
+        [row] = measured(difficult, [Cell("limits.csv", {}, (0, "more"))], Path("limits"), on)
+        print(f"more than a worker has: {row['words']}")
     finally:
         for process in running:
             if process.poll() is None:

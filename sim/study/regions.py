@@ -56,7 +56,7 @@ def learn_by_regions(
     most : int
         Most touches of a region.
     overlap : float, length, optional
-        How far around its own samples a region takes those of others: see ``regions_of``.
+        See ``regions_of``.
     options : AtlasOptions
     work : WorkOptions
     watch, say : callable

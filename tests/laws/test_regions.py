@@ -47,6 +47,7 @@ def atlas(parts):
 
 
 def test_each_touch_is_of_one_region_and_those_around_are_near(touches):
+    contacts = np.array([touch.contact for touch in touches])
     for most in (1, 5, COUNT):
         regions = regions_of(touches, most, 10.0)
         own = np.concatenate([region.own for region in regions])
@@ -54,16 +55,10 @@ def test_each_touch_is_of_one_region_and_those_around_are_near(touches):
         assert max(len(region.own) for region in regions) <= most
         for region in regions:
             assert not np.isin(region.around, region.own).any()
-            mine = samples_of(touches, region.own)
-            low, high = mine.min(axis=0) - 10.0, mine.max(axis=0) + 10.0
-            for place in range(COUNT):
-                points = samples_of(touches, [place])
-                near = ((points >= low) & (points <= high)).all(axis=1).any()
-                assert near == (place in region.own or place in region.around)
-
-
-def samples_of(touches, some) -> np.ndarray:
-    return np.concatenate([c.points for place in some for c in touches[place].contours])
+            own = contacts[region.own]
+            near = (contacts >= own.min(axis=0) - 10.0) & (contacts <= own.max(axis=0) + 10.0)
+            learned_there = np.union1d(region.own, region.around)
+            assert np.array_equal(np.flatnonzero(near.all(axis=1)), learned_there)
 
 
 def test_a_region_of_all_touches_is_the_atlas_of_them():
