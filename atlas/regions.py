@@ -192,10 +192,11 @@ def joined(parts: Sequence[Part]) -> Atlas:
     shown = [part for part in parts if len(part.atlas.pool)]
     if not shown:
         raise ValueError("no region has a sample; see why its touches were refused")
-    every = [part.atlas for part in parts]
-    atlas = Atlas(every[0].tolerance, every[0].options, every[0].scale)
+    # Without samples a part has no scale of its own.
+    every, first = [part.atlas for part in parts], shown[0].atlas
+    atlas = Atlas(first.tolerance, first.options, first.scale)
     atlas.touches = sum(part.touches for part in every)
-    atlas.pool.tip_radius = shown[0].atlas.tip_radius
+    atlas.pool.tip_radius = first.tip_radius
     atlas.systematic_std = max(part.systematic_std for part in every)
     atlas.ways = np.concatenate([part.ways for part in every])
     atlas.bad_contacts = np.concatenate([part.bad_contacts for part in every])
@@ -210,7 +211,7 @@ def joined(parts: Sequence[Part]) -> Atlas:
             atlas.pool.add(*(getattr(part.pool, name) for name in NAMES))
     touches = [one for part in every for one in part.evidence.touches]
     touches.sort(key=lambda one: one.number)
-    atlas.evidence = replace(every[0].evidence, touches=tuple(touches))
+    atlas.evidence = replace(first.evidence, touches=tuple(touches))
     samples = samples_of(atlas.pool, len(atlas.pool), atlas.sample_std, atlas.levels)
     atlas.know(body_of_parts(samples, [(p.pieces, p.of, p.is_one_face) for p in shown]))
     # The law of errors is that of the last touches of all regions.
