@@ -21,7 +21,7 @@ from touchatlas.sim.study.workers import WorkOptions
 HERE = WorkOptions(workers=0)
 
 
-COUNT, MOST = 12, 6
+COUNT, MOST = 8, 4
 TOLERANCE = make_object("bottle").tolerance
 
 
