@@ -165,6 +165,8 @@ class TriggerOptions:
         _check(self, positive=tuple(field.name for field in fields(self)))
         if not isinstance(self.points, int | np.integer):
             raise ValueError(f"points is {self.points!r}; it must be a whole number")
+        if not self.turn <= 0.25 * np.pi:
+            raise ValueError(f"turn is {self.turn!r}; it must be a quarter of pi or less")
 
     def in_unit(self, millimetre: float) -> "TriggerOptions":
         """The same in a unit of which a millimetre has so many."""

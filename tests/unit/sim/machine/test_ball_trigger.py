@@ -122,6 +122,11 @@ def test_an_edge_is_gone_around_wherever_it_is_within_a_step(x):
     assert ((gaps > 9.8) & (gaps < 10.001)).all()
 
 
+def test_a_circle_has_chords_enough():
+    with pytest.raises(ValueError, match="turn is 1.0; it must be a quarter of pi or less"):
+        TriggerOptions(turn=1.0)
+
+
 def test_arms_that_meet_around_a_body_end():
     """The circle of centres is 220 long, and the arms together 300."""
     plan = replace(plan_on(33.0 * UP, UP, np.array([1.0, 0.0, 0.0]), 150.0), max_turn=np.pi)
