@@ -182,6 +182,18 @@ def test_a_shift_is_found_among_samples_of_other_faces():
     assert shift_of(distance[:0], normals[:0], distance[:0], 7.0).square == 0.0
 
 
+def test_a_step_that_no_contour_has_crossed_tells_no_shift():
+    """As beside the lower level of a plate: of ten samples on level ground three lie where the
+    surface is, and a shift would move all; of samples on the side wall it moves none."""
+    up, side = np.tile([0.0, 0.0, 1.0], (10, 1)), np.tile([0.0, 1.0, 0.0], (10, 1))
+    lower = np.where(np.arange(10) < 7, -0.66, 0.01)
+    none, variance = np.zeros(10), np.full(20, 0.02**2)
+    for ground, tells in (lower, False), (np.full(10, -0.66), True):
+        distance = np.concatenate([ground, none])
+        found = shift_of(distance, np.concatenate([up, side]), variance, 7.0)
+        assert (found.square > 0.0) == tells
+
+
 def test_shifts_of_touches_add_up():
     one = Shift(np.diag([4.0, 0.0, 0.0]), np.array([2.0, 0.0, 0.0]), 1.0)
     other = Shift(np.diag([0.0, 1.0, 0.0]), np.array([0.0, 3.0, 0.0]), 9.0)
