@@ -20,7 +20,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts, Pending, Target
 from touchatlas.planner.cost_model import CostModel
-from touchatlas.planner.known import KnownArea
+from touchatlas.planner.known import Areas, KnownArea
 from touchatlas.planner.options import PlannerLevels, PlannerOptions
 from touchatlas.planner.places import Places
 from touchatlas.planner.planner import Planner
@@ -28,9 +28,9 @@ from touchatlas.planner.probe_plan import ProbePlan, Reason
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 
 # The version is that of the file, no unit.
-_FILE = FileKind("planner", "one that save_planner wrote", 15, "begin with a new planner")
+_FILE = FileKind("planner", "one that save_planner wrote", 16, "begin with a new planner")
 # What a planner is made of; constructors check values.
-_PARTS = (Attempts, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
+_PARTS = (Attempts, Areas, KnownArea, ProbePlan, SamplingPlane, Pending, Target, Stop)
 _RECORDS: dict[str, type] = {
     kind.__name__: kind
     for kind in (
