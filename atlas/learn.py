@@ -373,7 +373,8 @@ def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray
     sure &= (found.normal * normals).sum(axis=1) > state.levels.facing
     sure &= np.abs(found.distance) <= away + state.levels.sure * std
     square = state.law.scale(found.deviation[sure]) ** 2 + noise[sure] ** 2
-    return news, shift_of(found.distance[sure], found.normal[sure], square, state.law.freedom)
+    own = found.distance[sure], found.normal[sure], square
+    return news, shift_of(*own, state.law.freedom, state.levels)
 
 
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:

@@ -42,7 +42,8 @@ class Levels:
         Least share of the squares beside a surface that one shift of the object explains, where it
         moved.
     passed : float
-        Share of the ends at which contact was lost beyond which samples may lie by chance.
+        Share that may contradict by chance: of the ends at which contact was lost, those beyond
+        which samples lie; of the samples that a move would shift, those that lie as before it.
 
     Examples
     --------

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 from scipy.stats import chi2
 
+from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
 from touchatlas.patch.fit.bad_contacts import are_bad_contacts
 from touchatlas.patch.fit.curve_noise import estimate_noise
@@ -58,12 +59,12 @@ class Shift:
         return float(self.square - 2.0 * shift @ self.vector + shift @ self.matrix @ shift)
 
 
-def shift_of(distance, normal, variance, freedom: float) -> Shift:
+def shift_of(distance, normal, variance, freedom: float, levels: Levels = Levels()) -> Shift:
     """What samples at distances (n,), length, from a surface with normals (n, 3) and variances (n,)
     say of a shift. Errors follow a Student t: what a shift does not explain weighs less, by
-    iteratively reweighted least squares. A shift moves all samples: nothing is said where one in
-    ten of those that it would move by four deviations are on the surface all the same, as beside
-    a step that no contour has crossed."""
+    iteratively reweighted least squares. A shift moves all samples: nothing is said where more
+    than the level ``passed`` of those that it surely moves are on the surface all the same, as
+    beside a step that no contour has crossed."""
     count = len(distance)
     if not count:
         return Shift()
@@ -76,10 +77,10 @@ def shift_of(distance, normal, variance, freedom: float) -> Shift:
         rest = distance - normal @ found.most_probable
         own = weight * (freedom + 1.0) / (freedom + rest**2 / variance)
     moved = normal @ found.most_probable
-    far = 4.0 * np.sqrt(variance)
+    far = levels.sure * np.sqrt(variance)
     surely, off = np.abs(moved) > far, np.abs(distance)
     still = surely & (off < far) & (off < np.abs(distance - moved))
-    return Shift() if still.sum() > 0.1 * surely.sum() else found
+    return Shift() if still.sum() > levels.passed * surely.sum() else found
 
 
 @dataclass(frozen=True, eq=False)
