@@ -157,11 +157,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
     # Half of what is believed across, or the part of a round hole: a fourth of rim times diameter.
     width = np.minimum(0.5 * body.reach, 0.25 * size)
     beside = _beside(body, middle, width[:, None] * onward)
-    strip = np.repeat((width * length)[:, None] / _PARTS, _PARTS, axis=1)
-    # Strips overlap in a narrow hole; what is known is no more than its rim encloses.
-    known = np.bincount(of, (strip * np.isfinite(beside)).sum(axis=1))[of]
-    share = np.minimum(enclosed / np.maximum(known, np.finfo(float).tiny), 1.0)
-    strip *= np.where(np.isfinite(beside), share[:, None], 1.0)
+    strip = _strips(width * length, np.isfinite(beside), of, enclosed)
     return Places(
         middles[within],
         normals[within],
@@ -238,6 +234,16 @@ def _are_open(body: Body, rim, away, of) -> np.ndarray:
         known += body.at(beyond - at.distance[:, None] * at.normal)[1] / 3.0
     of = np.unique(of, return_inverse=True)[1]
     return np.asarray((np.bincount(of, known) / np.bincount(of))[of] < 0.95)
+
+
+def _strips(area, known, of, enclosed) -> np.ndarray:
+    """(k, s) areas, length^2, of the parts of strips of an area (k,), of which some are ``known``
+    (k, s) bool. Strips overlap in a narrow hole: what is known of the hole ``of`` (k,) int is no
+    more than the area (k,) ``enclosed`` by its rim."""
+    parts = np.repeat(area[:, None] / _PARTS, _PARTS, axis=1)
+    total = np.bincount(of, (parts * known).sum(axis=1))[of]
+    share = np.minimum(enclosed / np.maximum(total, np.finfo(float).tiny), 1.0)
+    return np.asarray(parts * np.where(known, share[:, None], 1.0))
 
 
 def _beside(body: Body, rim, across) -> np.ndarray:

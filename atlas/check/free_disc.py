@@ -115,11 +115,8 @@ def largest_free_disc(corners, points, normals, levels: Levels = Levels()) -> Fr
     if not len(corners) or not len(points):
         return None
     outward = across / double[double > 0.0][:, None]
-    nearest, best, found = (
-        _Facing(points, normals, levels.facing),
-        -1.0,
-        (corners[0, 0], outward[0]),
-    )
+    nearest = _Facing(points, normals, levels.facing)
+    best, found = -1.0, (corners[0, 0], outward[0])
     while len(corners):
         middle = corners.mean(axis=1)
         radius = nearest.distances(middle, outward)
