@@ -372,6 +372,7 @@ def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray
     sure = known & (found.deviation <= state.sample_std) & (away <= step)
     sure &= (found.normal * normals).sum(axis=1) > state.levels.facing
     sure &= np.abs(found.distance) <= away + state.levels.sure * std
+    sure[sure] = state.body.follows(points[sure])
     square = state.law.scale(found.deviation[sure]) ** 2 + noise[sure] ** 2
     own = found.distance[sure], found.normal[sure], square
     return news, shift_of(*own, state.law.freedom, state.levels)

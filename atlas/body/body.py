@@ -72,11 +72,16 @@ class Body:
         """The same body without what is on straight ways (m, 2, 3), length, world, given by their
         ends: a probe passed there. It ends at rims, and a way through an opening leaves it whole:
         what ends is a sheet, with air on both sides."""
-        bare = self.field.with_air(None)
+        found = copy(self)
+        found.field = bare = self.field.with_air(None)
 
         def at(points):
-            found = bare.at(points)
-            return found.distance, found.normal
+            values = bare.at(points)
+            return values.distance, values.normal
+
+        def is_known(points):
+            distance, normal = at(points)
+            return found.at(points - distance[:, None] * normal)[1]
 
         def is_open(points, normals):
             return rims.beyond(points, normals) | rims.at(points, _BEYOND_RIM * self.reach)
@@ -87,11 +92,11 @@ class Body:
             ways,
             lambda points: at(points)[0],
             self.away,
+            is_known,
             self.reach,
             self.samples.std,
             self.samples.levels.sure,
         )
-        found = copy(self)
         found.field, found.rims = bare.with_air(air), rims
         return found
 
@@ -128,6 +133,12 @@ class Body:
     def away(self, points) -> np.ndarray:
         """(n,) distances of points (n, 3) from the nearest sample, length."""
         return np.asarray(self._tree.query(points)[0])
+
+    def follows(self, points) -> np.ndarray:
+        """(n,) whether the surface follows the samples nearest to points (n, 3)."""
+        nearest = self._tree.query(points)[1]
+        off = self.field.at(self.samples.points[nearest]).distance
+        return np.asarray(np.abs(off) <= self.samples.levels.sure * self.samples.stds[nearest])
 
     def at(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there: among

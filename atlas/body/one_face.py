@@ -88,12 +88,11 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
     columns = samples.points, samples.outward, samples.std_of(np.arange(len(samples)))
     if len(samples) <= Kind.QUADRIC.parameters:
         return None
-    # Each of the others is a quadric, too: most bodies obey no law, and are told by one fit.
+    # Each of the others but a torus is a quadric, too: most bodies obey no law, and two fits tell.
     quadric = fit_piece(Kind.QUADRIC, *columns)
-    if quadric is None or not _passes_by(quadric, samples):
-        return None
-    others = (fit_piece(kind, *columns) for kind in SIMPLE_LAWS)
-    for piece in (*others, quadric):
+    is_quadric = quadric is not None and _passes_by(quadric, samples)
+    kinds = (*SIMPLE_LAWS, Kind.QUADRIC) if is_quadric else (Kind.TORUS,)
+    for piece in (quadric if kind is Kind.QUADRIC else fit_piece(kind, *columns) for kind in kinds):
         if piece is not None and _passes_by(piece, samples) and _is_sure(piece, samples):
             return _with_misfit(piece, samples)
     return None
@@ -104,9 +103,8 @@ def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
     of fit is borne, and a law knows nothing of it."""
     weight = (samples.std / samples.stds) ** 2
     square = np.mean(weight * piece.at(samples.points)[0] ** 2) / weight.mean()
-    covariance = piece.covariance.copy()
-    covariance[0, 0] += beyond_noise(square, samples.std / np.sqrt(weight.mean())) / piece.scale**2
-    return replace(piece, covariance=covariance)
+    lack = beyond_noise(square, samples.std / np.sqrt(weight.mean()))
+    return piece.loosened(lack)
 
 
 def _is_sure(piece: Piece, samples: ContourSamples) -> bool:

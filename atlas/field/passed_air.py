@@ -8,6 +8,10 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.surfaces.sextic_sites import pairs_within
 
+# Points of a way: a ball of air about each overlaps the next where a way passes samples by a
+# sixteenth of its length.
+_STEPS = 32
+
 
 @dataclass(frozen=True, eq=False)
 class PassedAir:
@@ -65,11 +69,15 @@ def air_inside(
     ways,
     distance: Callable[[np.ndarray], np.ndarray],
     away: Callable[[np.ndarray], np.ndarray],
+    is_known: Callable[[np.ndarray], np.ndarray],
     reach: float,
     std: float,
     sure: float,
 ) -> PassedAir | None:
-    """Balls of air about the points of straight ways that faces have inside; None where none is.
+    """Balls of air about points of straight ways that faces have inside; None where none is.
+
+    Below a known surface these are points near a place where the way crosses it: a way along the
+    inner side of a wall, behind which faces have the body solid, says nothing of the wall.
 
     Parameters
     ----------
@@ -77,6 +85,8 @@ def air_inside(
         Ends of straight ways on which a probe passed.
     distance, away : function from points (n, 3) to (n,) float, length
         Signed distance from the faces, and distance from the nearest sample.
+    is_known : function from points (n, 3) to (n,) bool
+        Whether the surface is known at their feet.
     reach : float, length
         Distance from samples up to which faces are believed.
     std : float, length
@@ -85,13 +95,20 @@ def air_inside(
         Depth inside of the faces at which these are wrong, in such deviations, beyond a fifth of
         the distance of the nearest sample.
     """
-    points = _along(ways).reshape(-1, 3)
+    points, way = _along(ways).reshape(-1, 3), np.tile(np.arange(len(ways)), _STEPS)
     clear = away(points)
     # A sample on a way has no room for air, whatever the faces make of it.
     some = (clear > 0.0) & (clear < reach)
-    points, clear = points[some], clear[some]
+    points, way, clear = points[some], way[some], clear[some]
     inside = distance(points) < -(0.2 * clear + sure * std)
-    return PassedAir(points[inside], 0.5 * clear[inside]) if inside.any() else None
+    if not inside.any():
+        return None
+    points, way, radii = points[inside], way[inside], 0.5 * clear[inside]
+    kept = ~is_known(points)
+    crossed, _ = crossings(_along(ways[np.unique(way[~kept])]), distance)
+    if len(crossed):
+        kept |= cKDTree(crossed).query(points)[0] <= radii
+    return PassedAir(points[kept], radii[kept]) if kept.any() else None
 
 
 def through_openings(
@@ -109,17 +126,24 @@ def through_openings(
     is_open : function from points (n, 3) of faces and their normals (n, 3) to (n,) bool
     """
     points = _along(ways)
-    distance = at(points.reshape(-1, 3))[0].reshape(points.shape[:2])
-    place, way = np.nonzero((distance[:-1] < 0.0) != (distance[1:] < 0.0))
-    # Where a straight line between two places is zero.
-    first, second = distance[place, way], distance[place + 1, way]
-    share = (first / (first - second))[:, None]
-    crossed = (1.0 - share) * points[place, way] + share * points[place + 1, way]
+    crossed, way = crossings(points, lambda some: at(some)[0])
     entered = np.bincount(way, is_open(crossed, at(crossed)[1]), len(ways)) > 0
-    return np.asarray(entered | (distance[0] < 0.0))
+    return np.asarray(entered | (at(points[0])[0] < 0.0))
+
+
+def crossings(
+    points, distance: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where ways cross a surface (k, 3), and the number of the way (k,), by the signed distances of
+    points (s, m, 3) along each of them: where a straight line between two places is zero."""
+    depth = distance(points.reshape(-1, 3)).reshape(points.shape[:2])
+    place, way = np.nonzero((depth[:-1] < 0.0) != (depth[1:] < 0.0))
+    first, second = depth[place, way], depth[place + 1, way]
+    share = (first / (first - second))[:, None]
+    return (1.0 - share) * points[place, way] + share * points[place + 1, way], way
 
 
 def _along(ways) -> np.ndarray:
-    """(32, m, 3) points of ways (m, 2, 3), at equal distances from end to end."""
-    along = np.linspace(0.0, 1.0, 32)[:, None, None]
+    """(s, m, 3) points of ways (m, 2, 3), at equal distances from end to end."""
+    along = np.linspace(0.0, 1.0, _STEPS)[:, None, None]
     return np.asarray(ways[:, 0] + along * (ways[:, 1] - ways[:, 0]))

@@ -13,8 +13,9 @@ from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
 
-# Kinds that grow. Which law a quadric obeys is chosen when it is fitted again.
-_GROWING = Kind.PLANE, Kind.QUADRIC, Kind.QUARTIC
+# Kinds that grow, as they are tried. Which law a quadric obeys is chosen when it is fitted again; a
+# torus is no quadric, and begins with what a quartic explains.
+_GROWING = Kind.PLANE, Kind.QUADRIC, Kind.QUARTIC, Kind.TORUS
 # Most samples that are fitted: a mean of 400 is within a twentieth of a deviation.
 _FITTED = 400
 # Largest curvature of a flat place times the length of its piece, over the angle by which the piece
@@ -174,11 +175,11 @@ def growths(
 
 
 def _grow_at(evidence: Evidence, seed: int, most: Kind, inside) -> Growth | None:
-    """The best growth at a sample, or None. A kind of more parameters also starts from what one of
-    fewer explains, and must explain much more than it."""
+    """The best growth at a sample, or None. Each kind also starts from what the best so far
+    explains, and one of more parameters must explain much more than it."""
     best: Growth | None = None
     for kind in _GROWING:
-        if kind > most or (best is not None and len(best.members) >= _ENOUGH):
+        if kind > most or not _is_worth_trying(kind, best):
             continue
         count = 3 * kind.parameters + 5
         start = evidence.graph.nearest(evidence.samples.points, seed, count)
@@ -187,10 +188,25 @@ def _grow_at(evidence: Evidence, seed: int, most: Kind, inside) -> Growth | None
         if best is not None and len(best.members) > len(start):
             start = best.members
         growth = _grow(evidence, start, kind, inside)
-        least = 0.0 if best is None else evidence.options.better * max(best.gain, 1.0)
-        if growth is not None and (best is None or growth.gain > least):
+        if growth is not None and _is_better(growth, best, evidence.options.better):
             best = growth
     return best
+
+
+def _is_worth_trying(kind: Kind, best: Growth | None) -> bool:
+    """Whether a kind may explain more than the best growth so far."""
+    if kind is Kind.TORUS:
+        return best is not None and best.piece.kind is Kind.QUARTIC
+    return best is None or len(best.members) < _ENOUGH
+
+
+def _is_better(growth: Growth, best: Growth | None, better: float) -> bool:
+    """Whether a growth explains more than the best so far, and ``better`` times as much if its kind
+    has more parameters."""
+    if best is None:
+        return True
+    more = growth.piece.kind > best.piece.kind
+    return growth.gain > (better * max(best.gain, 1.0) if more else best.gain)
 
 
 def _grow(evidence: Evidence, start, kind: Kind, inside) -> Growth | None:

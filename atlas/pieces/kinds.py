@@ -1,14 +1,17 @@
-"""Kinds of pieces: plane, sphere, cylinder, quadric, quartic and sextic, and the monomials of each.
+"""Kinds of pieces: plane, sphere, cylinder, torus, quadric, quartic and sextic, and the terms of
+each.
 
-Every piece is the zero set of F = z - φ(x, y, z) in a frame of its own. The φ of a plane has three
-monomials, that of the other quadrics nine; the quartic has the 21 of ``graded_basis(4)``, the
-sextic the 49 of ``graded_basis(6)``. In every array the monomials are the first axis.
+A torus is a distance in closed form. Every other piece is the zero set of F = z - φ(x, y, z) in a
+frame of its own. The φ of a plane has three monomials, that of the other quadrics nine; the quartic
+has the 21 of ``graded_basis(4)``, the sextic the 49 of ``graded_basis(6)``. In every array the
+terms, derivatives by the coefficients, are the first axis.
 """
 
 from enum import IntEnum
 
 import numpy as np
 
+from touchatlas.atlas.pieces import torus
 from touchatlas.patch.geometry.polynomial import (
     GRADIENT,
     derivative_coefficients,
@@ -23,27 +26,28 @@ class Kind(IntEnum):
     PLANE = 0
     SPHERE = 1
     CYLINDER = 2
-    QUADRIC = 3
-    QUARTIC = 4
-    SEXTIC = 5
+    TORUS = 3
+    QUADRIC = 4
+    QUARTIC = 5
+    SEXTIC = 6
 
     @property
     def parameters(self) -> int:
         """Number of parameters that the samples determine."""
-        return (3, 4, 5, 9, 21, 49)[self]
+        return (3, 4, 5, 7, 9, 21, 49)[self]
 
     @property
     def terms(self) -> int:
-        """Number of monomials of φ."""
-        return (3, 9, 9, 9, 21, 49)[self]
+        """Number of coefficients: of the monomials of φ, or of a torus."""
+        return (3, 9, 9, 8, 9, 21, 49)[self]
 
     @property
     def lawful(self) -> bool:
-        """Whether the piece is a plane, sphere, cylinder or quadric."""
+        """Whether the piece is a plane, sphere, cylinder, torus or quadric."""
         return self < Kind.QUARTIC
 
 
-# Laws that say more than a quadric, which each of them is too, by the number of parameters.
+# Laws of fewer parameters than a quadric.
 SIMPLE_LAWS = tuple(kind for kind in Kind if kind < Kind.QUADRIC)
 # Kinds that labels may have, by the number of parameters.
 LABEL_KINDS = tuple(kind for kind in Kind if kind <= Kind.QUARTIC)
@@ -82,8 +86,8 @@ def prior_precision(kind: Kind) -> np.ndarray:
 
 
 def terms_at(kind: Kind, scaled) -> np.ndarray:
-    """(s, n) monomials at scaled local points (n, 3). Those of quartics and sextics have z itself
-    last."""
+    """(s, n) monomials at scaled local points (n, 3) of a kind that has them. Those of quartics and
+    sextics have z itself last."""
     x, y, z = scaled.T
     if not kind.lawful:
         return monomials(_BASES[kind], x, y, z)
@@ -117,8 +121,18 @@ def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndar
     return scaled[:, 2] - coefficients @ terms, gradient
 
 
+def value_gradient_terms(kind: Kind, coefficients, scaled):
+    """F (n,), its gradient (n, 3) and terms (s, n) of a kind at scaled local points (n, 3)."""
+    if kind is Kind.TORUS:
+        return torus.value_gradient_terms(coefficients, scaled)
+    terms = terms_at(kind, scaled)
+    return *value_and_gradient(kind, coefficients, scaled, terms), terms
+
+
 def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:
     """(n, 3, 3) second derivatives of F at scaled local points (n, 3)."""
+    if kind is Kind.TORUS:
+        return torus.hessians(coefficients, scaled)
     if not kind.lawful:
         # XX, XY, XZ, YY, YZ, ZZ of touchatlas.patch.geometry.polynomial.
         rows = derivative_coefficients(_BASES[kind], coefficients, [3, 4, 7, 5, 8, 9])

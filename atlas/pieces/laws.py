@@ -1,4 +1,4 @@
-"""Laws in words and numbers: the plane, sphere or cylinder that a piece is."""
+"""Laws in words and numbers: the plane, sphere, cylinder or torus that a piece is."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Law:
     Parameters
     ----------
     kind : str
-        "plane", "sphere", "cylinder" or "quadric".
+        "plane", "sphere", "cylinder", "torus" or "quadric".
     words : str
         Kind and numbers.
     numbers : dict
@@ -49,6 +49,8 @@ def law_of(piece: Piece, points, std) -> Law:
         return _sphere(piece)
     if piece.kind is Kind.CYLINDER:
         return _cylinder(piece, points, std)
+    if piece.kind is Kind.TORUS:
+        return _torus(piece)
     if piece.kind is Kind.QUADRIC:
         return _quadric(piece, points)
     raise ValueError("a quartic has no law; its face is free-form")
@@ -108,6 +110,25 @@ def _cylinder(piece: Piece, points, std) -> Law:
     )
     numbers = {"radius": float(cylinder.radius), "radius_std": deviation, "axis": axis.tolist()}
     return Law("cylinder", words, numbers | {"axis_std": tilt, "point": point.tolist()})
+
+
+def _torus(piece: Piece) -> Law:
+    torus, deviations = piece.coefficients, np.sqrt(np.diagonal(piece.covariance))
+    centre = piece.origin + piece.scale * torus[:3] @ piece.axes
+    axis = torus[3:6] @ piece.axes
+    axis = axis * (1.0 if axis[np.abs(axis).argmax()] > 0.0 else -1.0)
+    ring, tube = (piece.scale * np.abs(torus[6:])).tolist()
+    ring_std, tube_std = (piece.scale * deviations[6:]).tolist()
+    centre_std = float(piece.scale * np.sqrt((deviations[:3] ** 2).mean()))
+    tilt = float(np.sqrt((deviations[3:6] ** 2).sum() / 2.0))
+    side = "" if torus[7] > 0.0 else "hollow "
+    words = (
+        f"{side}torus, radii {with_deviation(ring, ring_std)} and "
+        f"{with_deviation(tube, tube_std)}, axis {vector(axis)}"
+    )
+    numbers = {"radius": ring, "radius_std": ring_std, "tube_radius": tube}
+    numbers |= {"tube_radius_std": tube_std, "axis": axis.tolist(), "axis_std": tilt}
+    return Law("torus", words, numbers | {"centre": centre.tolist(), "centre_std": centre_std})
 
 
 def _quadric(piece: Piece, points) -> Law:

@@ -1,12 +1,12 @@
 """Piece: one polynomial surface with the covariance of its coefficients, and what it says of
 points."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from touchatlas.atlas.pieces.kinds import Kind, hessians, terms_at, value_and_gradient
+from touchatlas.atlas.pieces.kinds import Kind, hessians, value_gradient_terms
 
 # Least gradient of F over that at the origin: below it the zero set is near a point where it
 # crosses itself, as two faces of a cube do that are one quadric. Doubled, half an ellipsoid is not
@@ -23,7 +23,7 @@ _TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A surface F = z - φ(x, y, z) = 0 in a frame.
+    """A surface F = 0 in a frame: of a torus the distance, of all others z - φ(x, y, z).
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Piece:
     scale : float, length
         Unit of the scaled coordinates.
     coefficients : (t,) float, no unit
-        Of φ in scaled coordinates.
+        Of φ, or a torus, in scaled coordinates.
     covariance : (t, t) float, no unit
     """
 
@@ -72,12 +72,14 @@ class Piece:
         variance = np.where(length < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
         return distance, normals, variance
 
+    def _terms_at(self, scaled):
+        """F (n,), its gradient (n, 3) and terms (s, n) at scaled local points (n, 3)."""
+        return value_gradient_terms(self.kind, self.coefficients, scaled)
+
     def _first_order(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Signed distance (n,), unit normal (n, 3), length of the gradient (n,) and monomials
-        (s, n) at points (n, 3)."""
-        scaled = self.scaled(points)
-        terms = terms_at(self.kind, scaled)
-        value, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        """Signed distance (n,), unit normal (n, 3), length of the gradient (n,) and terms (s, n)
+        at points (n, 3)."""
+        value, gradient, terms = self._terms_at(self.scaled(points))
         length = _length_of(gradient)
         normals = (gradient / length[:, None]) @ self.axes
         return value * self.scale / length, normals, length, terms
@@ -88,8 +90,7 @@ class Piece:
         if self.kind is Kind.PLANE:
             return np.zeros((len(points), 3, 3))
         scaled = self.scaled(points)
-        terms = terms_at(self.kind, scaled)
-        _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        _, gradient, _ = self._terms_at(scaled)
         length = _length_of(gradient)
         normal = gradient / length[:, None]
         project = np.eye(3) - normal[:, :, None] * normal[:, None, :]
@@ -109,13 +110,20 @@ class Piece:
         """(n,) variance of the derivative of the distance along unit directions (n, 3): that of the
         angle by which the surface may be tilted."""
         scaled, along = self.scaled(points), directions @ self.axes.T
-        terms = terms_at(self.kind, scaled)
-        _, gradient = value_and_gradient(self.kind, self.coefficients, scaled, terms)
+        _, gradient, _ = self._terms_at(scaled)
         square = np.maximum((gradient * gradient).sum(axis=1), _TINY)
-        ahead = terms_at(self.kind, scaled + _DIFFERENCE * along)
-        behind = terms_at(self.kind, scaled - _DIFFERENCE * along)
+        ahead = self._terms_at(scaled + _DIFFERENCE * along)[2]
+        behind = self._terms_at(scaled - _DIFFERENCE * along)[2]
         slope = (ahead - behind)[: self.kind.terms] / (2.0 * _DIFFERENCE)
         return ((self.covariance @ slope) * slope).sum(axis=0) / square
+
+    def loosened(self, variance: float) -> "Piece":
+        """The same surface, its distance at the origin less sure by a variance, length^2."""
+        covariance = self.covariance.copy()
+        # The coefficients that shift the surface are the constant one, and the radius of a tube.
+        shift = -1 if self.kind is Kind.TORUS else 0
+        covariance[shift, shift] += variance / self.scale**2
+        return replace(self, covariance=covariance)
 
     def feet(self, points, steps: int = 2) -> np.ndarray:
         """(n, 3) points moved onto the surface along its normals."""

@@ -56,9 +56,11 @@ def attempt(
 
 def shortest(evidence: Evidence, members, kinds: Iterable[Kind]) -> Piece | None:
     """The piece of least description for samples (m,) among some kinds, ascending; None where there
-    are too few samples for any."""
+    are too few samples for any. A torus takes longest, and is tried where no simpler kind fits."""
     best, least = None, np.inf
     for kind in kinds:
+        if kind is Kind.TORUS and best and evidence.is_good(evidence.nats(best, members)):
+            continue
         core = evidence.fitting_core(kind, members)
         piece = evidence.fit(kind, core) if len(core) >= kind.parameters + 2 else None
         if piece is None:
@@ -99,7 +101,10 @@ def join(labels: Labels) -> int:
         first, second = labels.members(a), labels.members(b)
         if not (len(first) and len(second)) or labels.are_settled(first, second):
             continue
-        joined += _join(labels, first, second, LABEL_KINDS)
+        # A part of a torus that is large enough to show it is no piece of a simpler kind.
+        bent = min(labels.pieces[label].kind for label in (a, b)) >= Kind.TORUS
+        kinds = LABEL_KINDS if bent else [kind for kind in LABEL_KINDS if kind is not Kind.TORUS]
+        joined += _join(labels, first, second, kinds)
     return joined
 
 
@@ -142,7 +147,8 @@ def _join_part(labels: Labels, a: int, b: int) -> bool:
     at = int(away.argmin())
     if away[at] >= reach or _stands_between(labels, a, b, first[near[at]], second[at]):
         return False
-    return _join(labels, first, second, SIMPLE_LAWS)
+    kinds = [kind for kind in SIMPLE_LAWS if kind <= labels.pieces[a].kind]
+    return _join(labels, first, second, kinds)
 
 
 def _continues(labels: Labels, label: int, members) -> bool:

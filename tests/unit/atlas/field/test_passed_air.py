@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from touchatlas.atlas import Touch, TouchStatus
+from touchatlas.atlas import Touch, TouchStatus, extract_surface
 from touchatlas.atlas.field.passed_air import PassedAir, air_inside, through_openings
 
 RNG = np.random.default_rng(0)
@@ -59,12 +59,21 @@ def first(points):
     return points[:, 0]
 
 
-def air_of(*ends, reach: float = 10.0, std: float = 0.0) -> PassedAir | None:
+def nowhere(points):
+    return np.zeros(len(points), bool)
+
+
+def everywhere(points):
+    return np.ones(len(points), bool)
+
+
+def air_of(*ends, reach: float = 10.0, std: float = 0.0, is_known=nowhere) -> PassedAir | None:
     """Of one way, beside the half space with one sample at the origin."""
     return air_inside(
         np.array([ends], float),
         lambda points: points[:, 2],
         lambda points: np.linalg.norm(points, axis=1),
+        is_known,
         reach,
         std,
         4.0,
@@ -74,7 +83,7 @@ def air_of(*ends, reach: float = 10.0, std: float = 0.0) -> PassedAir | None:
 def test_ways_outside_and_ways_to_the_surface_change_nothing():
     assert air_of([0, 0, 5], [0, 0, 0]) is None
     assert air_of([4, 0, 5], [4, 0, -0.5]) is None
-    assert air_inside(np.zeros((0, 2, 3)), first, first, 1.0, 0.0, 4.0) is None
+    assert air_inside(np.zeros((0, 2, 3)), first, first, nowhere, 1.0, 0.0, 4.0) is None
 
 
 def test_ways_through_an_opening_and_ways_from_inside_are_told_from_others():
@@ -96,14 +105,20 @@ def test_where_a_way_runs_inside_there_are_balls_up_to_half_way_to_the_samples()
     assert air.radii == pytest.approx(0.5 * np.linalg.norm(air.middles, axis=1))
     # A sample on the way, as deep as noise, and where no face is believed.
     assert (air_of([0, 0, 31], [0, 0, -31]).radii > 0.0).all()
-    assert (
-        air_inside(
-            np.zeros((1, 2, 3)), lambda points: -1.0 + 0.0 * first(points), first, 1, 0.0, 4.0
-        )
-        is None
-    )
+    below = np.zeros((1, 2, 3)), lambda points: -1.0 + 0.0 * first(points), first
+    assert air_inside(*below, nowhere, 1, 0.0, 4.0) is None
     assert air_of([4, 0, 5], [4, 0, -5], std=2.0) is None
     assert air_of([40, 0, 5], [40, 0, -5]) is None
+
+
+def test_below_a_known_surface_there_is_air_where_a_way_crosses_it_alone():
+    """Down through it at x = 4: balls of half the distance to the sample that reach the crossing.
+    Along it, 2 below, as in a bore behind a wall: none."""
+    air = air_of([4, 0, 5], [4, 0, -9], is_known=everywhere)
+    assert len(air.middles) and (air.radii >= -air.middles[:, 2]).all()
+    assert len(air.middles) < len(air_of([4, 0, 5], [4, 0, -9]).middles)
+    assert air_of([4, 0, -2], [-4, 0, -2], is_known=everywhere) is None
+    assert air_of([4, 0, -2], [-4, 0, -2]) is not None
 
 
 def in_vain(first, last) -> Touch:
@@ -116,16 +131,17 @@ def in_vain(first, last) -> Touch:
 
 @pytest.mark.parametrize("name", ["bottle", pytest.param("cube", marks=pytest.mark.slow)])
 def test_an_approach_in_vain_takes_surface_away_that_it_passed(name):
-    """As if a probe had passed right through a body of one free-form face, and one of planes: there
-    its inside is outside, by half of the distance from the samples, and nobody claims to know it.
-    Elsewhere all is as it was. Without a way nothing is learned."""
+    """As if a probe had passed through the wall of a body of one free-form face, and of one of
+    planes, as far from all samples as it is: there its inside is outside, by half of the distance
+    from the samples, and nobody claims to know it. Elsewhere all is as it was. Without a way
+    nothing is learned."""
     known = explored(name)
     atlas, body = deepcopy(known.atlas), known.atlas.body
-    pool, size = known.atlas.pool, known.atlas.pool.extent
-    sample, inward = pool.points[0], -pool.normals[0]
-    along = np.cross(inward, np.eye(3)[np.abs(inward).argmin()])
-    middle = (sample + 0.25 * body.reach * inward)[None]
-    touch = in_vain(middle[0] + 0.25 * size * along, middle[0] - 0.25 * size * along)
+    surface = extract_surface(known.atlas)
+    at = int(body.away(surface.vertices).argmax())
+    size, outward = float(body.away(surface.vertices)[at]), surface.normals[at]
+    middle = (surface.vertices[at] - 0.3 * size * outward)[None]
+    touch = in_vain(middle[0] + size * outward, middle[0] - size * outward)
     before = body.field.at(middle)
     assert before.distance[0] < 0.0
     atlas.add(replace(touch, way=None))
@@ -136,7 +152,7 @@ def test_an_approach_in_vain_takes_surface_away_that_it_passed(name):
     after, clear = atlas.body.field.at(middle), body.away(middle)[0]
     # The nearest of 32 points of the way is this much away at most, and a ball there has a radius
     # that differs by half of that.
-    off = 0.5 * size / 31 / 2
+    off = size / 31
     assert after.distance[0] == pytest.approx(0.5 * clear, abs=1.5 * off)
     assert after.deviation[0] == pytest.approx(0.5 * clear, abs=0.5 * off)
     samples = atlas.pool.points[::50]

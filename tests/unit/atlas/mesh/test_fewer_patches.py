@@ -13,12 +13,12 @@ from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.mesh_object import MeshObject
 
 
-@pytest.mark.parametrize("name", ["bottle", "mouse", "blob", "torus"])
+@pytest.mark.parametrize("name", ["bottle", "mouse", "blob"])
 def test_a_smooth_body_has_40_patches_at_most(name):
     assert len(explored(name).atlas) <= 40
 
 
-@pytest.mark.parametrize("name", ["bottle", "mouse", "blob", "torus"])
+@pytest.mark.parametrize("name", ["bottle", "mouse", "blob"])
 def test_a_finished_body_is_off_the_one_before_by_hardly_more_than_a_quarter_of_the_tolerance(name):
     found = explored(name)
     before = learned(found.touches, found.atlas.tolerance)

@@ -45,6 +45,24 @@ def test_a_turned_cylinder_has_its_radius_and_axis(side, words):
     assert np.linalg.norm(off) < 4.0 * found.numbers["axis_std"] * np.sqrt(2.0)
 
 
+@pytest.mark.parametrize(("side", "words"), [(1.0, "torus"), (-1.0, "hollow torus")])
+def test_a_turned_torus_has_its_radii_axis_and_centre(side, words):
+    rng = np.random.default_rng(1)
+    turn, (u, v) = random_rotation(rng), rng.uniform(0.0, 2.5, (2, 400))
+    radial = np.stack([np.cos(u), np.sin(u), 0 * u], axis=1)
+    normals = np.cos(v)[:, None] * radial + np.sin(v)[:, None] * np.array([0.0, 0.0, 1.0])
+    points = (9.0 * radial + 3.0 * normals + [1.0, 2.0, 3.0]) @ turn.T
+    found = law(Kind.TORUS, points, side * normals @ turn.T, rng)
+    numbers = found.numbers
+    assert found.words.startswith(f"{words}, radii ")
+    assert abs(numbers["radius"] - 9.0) < 4.0 * numbers["radius_std"] < 0.1
+    assert abs(numbers["tube_radius"] - 3.0) < 4.0 * numbers["tube_radius_std"] < 0.1
+    off = np.cross(numbers["axis"], turn[:, 2])
+    assert np.linalg.norm(off) < 4.0 * numbers["axis_std"] * np.sqrt(2.0)
+    away = np.linalg.norm(numbers["centre"] - turn @ [1.0, 2.0, 3.0])
+    assert away < 4.0 * numbers["centre_std"] * np.sqrt(3.0)
+
+
 def test_a_plane_has_its_normal_and_level():
     rng = np.random.default_rng(2)
     x, y = rng.uniform(-5.0, 5.0, (2, 200))

@@ -39,7 +39,7 @@ def test_a_surface_faces_outward_where_a_sampling_plane_touches_it(count):
     """The normal of a sample may then be off by more than 40 degrees, because its contour shows
     nothing of the slope across it; those of the surface are off by a degree or two, and by more
     only where touches are far apart."""
-    obj = make_object("torus")
+    obj = make_object("mouse")
     atlas = learned_at_once(spread_touches(obj, count, obj.noise_std), obj.tolerance)
     surface = atlas.body.field.trees.free_form(0)
     true = obj.normal(obj.project(surface.points))
