@@ -70,6 +70,8 @@ _WALL_TRIANGLES = np.array(
 BLUNT, FILLET, WIDE_FILLET, COLUMN = 2.0, 3.0, 8.0, 6.0
 # Radii of the holes of a drilled plate, and of the bore of a tube.
 HOLE, BORE = 3.5, 8.0
+# Radius of a rod, that of the circle of its bend, and the length of its straight ends.
+ROD, BEND, LEG = 10.0, 30.0, 20.0
 # Cut of the edges of a bevelled box, along both faces.
 BEVEL = 2.0
 _REACH, _SAMPLES = 16.0, 16
@@ -199,6 +201,30 @@ def _stadium() -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(np.concatenate(ends))
 
 
+def _bend() -> trimesh.Trimesh:
+    """A rod that is bent by a right angle, with straight ends."""
+    turn = np.linspace(0.0, 0.5 * np.pi, 129)
+    inward = np.column_stack([-np.cos(turn), 0.0 * turn, np.sin(turn)])
+    ends = np.array([[0.0, 0.0, -LEG], [LEG, 0.0, 0.0]])
+    inward = np.concatenate([inward[:1], inward, inward[-1:]])
+    middles = BEND * inward
+    middles[[0, -1]] += ends
+    around = _ring(1.0, 0.0)[::2]
+    count = len(around)
+    radial = around[:, :1] * inward[:, None] + around[:, 1:2] * np.array([0.0, 1.0, 0.0])
+    points = (middles[:, None] + ROD * radial).reshape(-1, 3)
+    on = np.arange(count * (len(middles) - 1))
+    following = on - on % count + (on + 1) % count
+    sides = [np.stack([on, following, on + count], axis=1)]
+    sides += [np.stack([following, following + count, on + count], axis=1)]
+    for middle, first in ((len(points), 0), (len(points) + 1, len(points) - count)):
+        rim = first + np.arange(count)
+        sides.append(np.stack([np.full(count, middle), rim, first + (rim - first + 1) % count], 1))
+    mesh = trimesh.Trimesh(np.concatenate([points, middles[[0, -1]]]), np.concatenate(sides))
+    mesh.fix_normals()
+    return mesh
+
+
 def _pyramid() -> trimesh.Trimesh:
     base = 25.0 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     return trimesh.convex.convex_hull(np.concatenate([base, [[0.0, 0.0, 35.0]]]))
@@ -248,6 +274,7 @@ _MESHES = {
     "drilled": _drilled,
     "tube": lambda: trimesh.creation.annulus(BORE, RADIUS, 2.0 * HALF_HEIGHT, sections=256),
     "stadium": _stadium,
+    "bend": _bend,
     "pyramid": _pyramid,
     "wavy": _wavy_box,
 }

@@ -103,8 +103,7 @@ def _with_misfit(piece: Piece, samples: ContourSamples) -> Piece:
     of fit is borne, and a law knows nothing of it."""
     weight = (samples.std / samples.stds) ** 2
     square = np.mean(weight * piece.at(samples.points)[0] ** 2) / weight.mean()
-    lack = beyond_noise(square, samples.std / np.sqrt(weight.mean()))
-    return piece.loosened(lack)
+    return piece.loosened(float(beyond_noise(square, samples.std / np.sqrt(weight.mean()))))
 
 
 def _is_sure(piece: Piece, samples: ContourSamples) -> bool:

@@ -55,7 +55,7 @@ def large_faces(
 def _large_face(surface: LawSurface, middle, half: float):
     """The face of a surface as far as a distance ``half`` from the middle (3,) of the body."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere
+    from OCP.gp import gp_Cone, gp_Cylinder, gp_Pln, gp_Sphere, gp_Torus
 
     offset, axis, turn = middle - surface.origin, surface.axes[2], 2.0 * np.pi
     if surface.kind == "plane":
@@ -68,6 +68,8 @@ def _large_face(surface: LawSurface, middle, half: float):
     frame = _frame(surface.origin, surface)
     if surface.kind == "sphere":
         return BRepBuilderAPI_MakeFace(gp_Sphere(frame, surface.radius)).Face()
+    if surface.kind == "torus":
+        return BRepBuilderAPI_MakeFace(gp_Torus(frame, surface.ring, surface.radius)).Face()
     cone, height = gp_Cone(frame, surface.half_angle, surface.radius), offset @ axis
     low, high = (np.array([height - half, height + half]) / np.cos(surface.half_angle)).tolist()
     apex = -surface.radius / np.sin(surface.half_angle)

@@ -22,7 +22,7 @@ from touchatlas.atlas.cad.kernel import (
     refusals,
     triangles_of,
 )
-from touchatlas.atlas.cad.rims import made_tangent, smooth_rims
+from touchatlas.atlas.cad.rims import Rim, made_tangent, smooth_rims
 from touchatlas.atlas.cad.surfaces import LawSurface, law_surface
 
 
@@ -124,7 +124,7 @@ def _solids(body: Body, same, surfaces, tolerance: float, options) -> list[Lawfu
     rims = smooth_rims(body.faces, same, surfaces)
     surfaces = made_tangent(surfaces, rims, body.extent)
     of = np.where(body.faces.of >= 0, same[body.faces.of], body.faces.of)
-    samples = {k: body.samples.points[of == k] for k in surfaces}
+    samples = {k: _own_samples(body, of == k, k, surfaces, rims) for k in surfaces}
     large = large_faces(surfaces, rims, samples, body.extent)
 
     def distances(points):
@@ -136,6 +136,18 @@ def _solids(body: Body, same, surfaces, tolerance: float, options) -> list[Lawfu
             fuzzy = options.one_corner * tolerance
             return _valid(solids_inside(large, distances, fuzzy, body.extent), circle)
     return _valid(solids, circle)
+
+
+def _own_samples(body: Body, mine, number: int, surfaces, rims: list[Rim]) -> np.ndarray:
+    """Those samples (m, 3) of a surface, ``mine`` (n,) bool, that tell it from all that it passes
+    into at smooth rims, or all if none do: beside a rim labels are of either side."""
+    points, std = body.samples.points[mine], body.samples.stds[mine]
+    tells = np.ones(len(points), bool)
+    for rim in rims:
+        if number in (rim.first, rim.second):
+            other = surfaces[rim.second if number == rim.first else rim.first]
+            tells &= np.abs(other.at(points)[0]) > body.samples.levels.sure * std
+    return points[tells] if tells.any() else points
 
 
 def _valid(solids: list[LawfulSolid], circle: float) -> list[LawfulSolid]:

@@ -60,8 +60,9 @@ def smooth_rims(faces: Faces, same, surfaces: Mapping[int, LawSurface]) -> list[
 def rim_plane(first: LawSurface, second: LawSurface) -> RimPlane | None:
     """The plane in which two surfaces touch if they are tangent; None where there is none.
 
-    A sphere touches a cylinder or a cone in a circle across their axis. A plane or another cylinder
-    touches them in a line, which lies in one plane with their axis.
+    A sphere or a torus touches a cylinder or a cone in a circle across their axis, about its centre
+    or about that of its tube. A plane or another cylinder touches them in a line, which lies in one
+    plane with their axis.
     """
     one, other = (first, second) if first.kind in ("cylinder", "cone") else (second, first)
     if one.kind not in ("cylinder", "cone"):
@@ -70,6 +71,9 @@ def rim_plane(first: LawSurface, second: LawSurface) -> RimPlane | None:
     if other.kind == "sphere":
         centre = other.origin - other.radius * np.sin(one.half_angle) * axis
         return RimPlane(LawSurface("plane", centre, frame_about(axis)), False)
+    if other.kind == "torus":
+        # The plane of the circle passes the centre of the torus.
+        return RimPlane(LawSurface("plane", other.origin, frame_about(axis)), False)
     toward = other.axes[2] if other.kind == "plane" else other.origin - one.origin
     x = toward - (toward @ axis) * axis
     length = float(np.linalg.norm(x))

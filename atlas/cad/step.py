@@ -42,8 +42,8 @@ class StepReport:
     Parameters
     ----------
     faces : int
-        Number of faces in the file: the sum of the next seven.
-    planes, cylinders, cones, spheres : int
+        Number of faces in the file: the sum of the next eight.
+    planes, cylinders, cones, spheres, tori : int
         Faces of a lawful body.
     fillets : int
         Faces that round its blunt edges, and the corners between them.
@@ -68,6 +68,7 @@ class StepReport:
     cylinders: int = 0
     cones: int = 0
     spheres: int = 0
+    tori: int = 0
     fillets: int = 0
     smooth: int = 0
     triangles: int = 0
@@ -149,6 +150,7 @@ def _save_faces(
         cylinders=made.kinds["cylinder"],
         cones=made.kinds["cone"],
         spheres=made.kinds["sphere"],
+        tori=made.kinds["torus"],
         fillets=made.fillets,
         solids=len(made.shapes),
         gap=made.gap,

@@ -1,4 +1,4 @@
-"""Surfaces that have a name in STEP: plane, cylinder, cone and sphere."""
+"""Surfaces that have a name in STEP: plane, cylinder, cone, sphere and torus."""
 
 from dataclasses import dataclass, replace
 
@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 
 from touchatlas.atlas.faces.faces import Face
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.atlas.pieces.torus import value_gradient_terms
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.frame import any_tangent
 
@@ -18,18 +19,20 @@ class LawSurface:
     Parameters
     ----------
     kind : str
-        "plane", "cylinder", "cone" or "sphere".
+        "plane", "cylinder", "cone", "sphere" or "torus".
     origin : (3,) float, length, world
-        On the plane or on the axis; the centre of a sphere.
+        On the plane or on the axis; the centre of a sphere or torus.
     axes : (3, 3) float, unit rows, world
         The third is the normal of a plane, or the axis; a cone widens along it. About an axis the
         CAD kernel begins and ends at the first, where a face around it has a seam.
     radius : float, length
-        0 for a plane; that of a cone at the origin.
+        0 for a plane; that of a cone at the origin, and of the tube of a torus.
     outward : float
-        1, or -1 where the outside of the body lies toward the axis or centre.
+        1, or -1 where the outside of the body lies toward the axis or centre, or in the tube.
     half_angle : float, rad
         Between axis and sides of a cone, otherwise 0.
+    ring : float, length
+        Radius of the circle about which a torus is a tube, otherwise 0.
     """
 
     kind: str
@@ -38,6 +41,7 @@ class LawSurface:
     radius: float = 0.0
     outward: float = 1.0
     half_angle: float = 0.0
+    ring: float = 0.0
 
     def at(self, points) -> tuple[np.ndarray, np.ndarray]:
         """Signed distance (n,), length, and outward unit normal (n, 3) at points (n, 3)."""
@@ -45,6 +49,10 @@ class LawSurface:
         if self.kind == "plane":
             normal = np.broadcast_to(self.axes[2], offset.shape)
             return offset @ self.axes[2], normal
+        if self.kind == "torus":
+            torus = np.concatenate([self.origin, self.axes[2], [self.ring, self.radius]])
+            distance, normal, _ = value_gradient_terms(torus, points)
+            return self.outward * distance, self.outward * normal
         along = offset @ self.axes[2] if self.kind != "sphere" else np.zeros(len(offset))
         offset = offset - np.outer(along, self.axes[2])
         away = np.maximum(np.sqrt((offset * offset).sum(axis=1)), np.finfo(float).tiny)
@@ -70,13 +78,18 @@ def law_surface(face: Face, points) -> LawSurface | None:
 
 
 def _round_surface(face: Face, points, numbers) -> LawSurface | None:
-    """The cylinder, cone or sphere of a face, its normal away from axis or centre."""
+    """The cylinder, cone, sphere or torus of a face, its normal away from axis or centre, or out of
+    the tube."""
     if face.kind == "cylinder":
         axes, radius = frame_about(np.array(numbers["axis"])), float(numbers["radius"])
         return LawSurface("cylinder", np.array(numbers["point"]), axes, radius)
     if face.kind == "sphere":
         centre = np.array(numbers["centre"])
         return LawSurface("sphere", centre, np.eye(3), float(numbers["radius"]))
+    if face.kind == "torus":
+        axes, radius = frame_about(np.array(numbers["axis"])), float(numbers["tube_radius"])
+        centre, ring = np.array(numbers["centre"]), float(numbers["radius"])
+        return LawSurface("torus", centre, axes, radius, ring=ring)
     return fit_cone(face.pieces[0], points, face.deviation) if face.kind == "quadric" else None
 
 

@@ -81,7 +81,7 @@ class _Judge:
         if lawful and self._are_apart(pieces, middles):
             return None
         # A plane, sphere or cylinder shows no change of its law.
-        bends = all(piece.kind >= Kind.QUADRIC for piece in pieces)
+        bends = all(piece.kind >= Kind.TORUS for piece in pieces)
         smooth = bends and self._one_holds(a, b, middles)
         kind = EdgeKind.ARTIFICIAL if smooth else EdgeKind.SMOOTH_RIM
         return Boundary(a, b, kind, CurvePoints(at, deviation), angle, gap(*pieces, middles))

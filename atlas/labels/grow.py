@@ -176,7 +176,7 @@ def growths(
 
 def _grow_at(evidence: Evidence, seed: int, most: Kind, inside) -> Growth | None:
     """The best growth at a sample, or None. Each kind also starts from what the best so far
-    explains, and one of more parameters must explain much more than it."""
+    explains, and must explain much more than it."""
     best: Growth | None = None
     for kind in _GROWING:
         if kind > most or not _is_worth_trying(kind, best):
@@ -188,7 +188,8 @@ def _grow_at(evidence: Evidence, seed: int, most: Kind, inside) -> Growth | None
         if best is not None and len(best.members) > len(start):
             start = best.members
         growth = _grow(evidence, start, kind, inside)
-        if growth is not None and _is_better(growth, best, evidence.options.better):
+        least = 0.0 if best is None else evidence.options.better * max(best.gain, 1.0)
+        if growth is not None and (best is None or growth.gain > least):
             best = growth
     return best
 
@@ -198,15 +199,6 @@ def _is_worth_trying(kind: Kind, best: Growth | None) -> bool:
     if kind is Kind.TORUS:
         return best is not None and best.piece.kind is Kind.QUARTIC
     return best is None or len(best.members) < _ENOUGH
-
-
-def _is_better(growth: Growth, best: Growth | None, better: float) -> bool:
-    """Whether a growth explains more than the best so far, and ``better`` times as much if its kind
-    has more parameters."""
-    if best is None:
-        return True
-    more = growth.piece.kind > best.piece.kind
-    return growth.gain > (better * max(best.gain, 1.0) if more else best.gain)
 
 
 def _grow(evidence: Evidence, start, kind: Kind, inside) -> Growth | None:

@@ -27,6 +27,7 @@ def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
 
     Examples
     --------
+    >>> import numpy as np
     >>> direction = np.random.default_rng(0).normal(size=(200, 3))
     >>> direction /= np.linalg.norm(direction, axis=1)[:, None]
     >>> ball = fit_piece(Kind.SPHERE, 33.0 * direction, direction, 0.02)

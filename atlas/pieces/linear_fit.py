@@ -24,7 +24,9 @@ _TINY = float(np.finfo(float).tiny)
 # Coefficients of a sphere through the origin of its frame: 1, x, y, and the sum of the squares.
 _SPHERE = np.zeros((9, 4))
 _SPHERE[0, 0] = _SPHERE[1, 1] = _SPHERE[2, 2] = _SPHERE[3, 3] = _SPHERE[5, 3] = _SPHERE[8, 3] = 1.0
-_PRECISIONS = {kind: np.diag(prior_precision(kind)) for kind in Kind if kind is not Kind.TORUS}
+_PRECISIONS: dict[Kind, np.ndarray] = {
+    kind: np.diag(prior_precision(kind)) for kind in Kind if kind is not Kind.TORUS
+}
 _PRECISIONS[Kind.SPHERE] = (_SPHERE.T * prior_precision(Kind.SPHERE)) @ _SPHERE
 
 

@@ -73,6 +73,8 @@ def bowl():
 BODIES = {
     "cylinder": ([about_z("cylinder", 0.5), plane(0.0, DOWN), plane(1.0)], np.pi / 4.0),
     "ball": ([about_z("sphere", 1.0)], 4.0 / 3.0 * np.pi),
+    # Pappus: the area of the section times the way of its middle.
+    "ring": ([about_z("torus", 0.2, ring=0.6)], 0.04 * np.pi * 1.2 * np.pi),
     "tip": ([sloping(0.25, 0.5), plane(0.0, DOWN)], np.pi / 12.0),
     "frustum": frustum(),
     "cut ball": cut_ball(),
@@ -219,11 +221,12 @@ def test_a_ball_touches_a_cone_where_their_normals_agree():
 TURNED = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
 
 
-@pytest.mark.parametrize("kind", ["plane", "cylinder", "cone", "sphere"])
+@pytest.mark.parametrize("kind", ["plane", "cylinder", "cone", "sphere", "torus"])
 def test_the_normal_is_the_way_in_which_the_distance_grows(kind):
     for outward in (1.0, -1.0) if kind != "plane" else (1.0,):
         angle = 0.4 if kind == "cone" else 0.0
-        surface = LawSurface(kind, np.array([3.0, -1.0, 2.0]), TURNED, 2.0, outward, angle)
+        ring = 5.0 if kind == "torus" else 0.0
+        surface = LawSurface(kind, np.array([3.0, -1.0, 2.0]), TURNED, 2.0, outward, angle, ring)
         points = surface.origin + np.random.default_rng(0).uniform(0.5, 1.5, (50, 3)) @ TURNED
         distance, normal = surface.at(points)
         moved, same = surface.at(points + 0.01 * normal)

@@ -15,8 +15,12 @@ from touchatlas.atlas.records.options import AtlasOptions
 
 NOISE, TOLERANCE = 0.02, 0.2
 # Touches after which a body is closed.
-TOUCHES = {"box": 60, "cut ball": 15}
-FACES = {"box": {"Plane": 6}, "cut ball": {"Plane": 1, "Sphere": 1}}
+TOUCHES = {"box": 60, "cut ball": 15, "bend": 30}
+FACES = {
+    "box": {"Plane": 6},
+    "cut ball": {"Plane": 1, "Sphere": 1},
+    "bend": {"Plane": 2, "Cylinder": 2, "Torus": 1},
+}
 # Faces of bodies with blunt edges, and the number of those that are fillets.
 ROUNDED = {
     "rounded": ({"Plane": 6, "Cylinder": 12, "Sphere": 8}, 20),
@@ -71,8 +75,8 @@ def test_each_lawful_face_is_one_face_of_one_solid(name, gmsh, tmp_path):
     the level of each face."""
     report = save_step(atlas_of(name, TOUCHES[name]), tmp_path / "a.step")
     assert (report.solids, report.open_shells, report.triangles, report.note) == (1, 0, 0, "")
-    kinds = [report.planes, report.cylinders, report.spheres]
-    assert kinds == [FACES[name].get(kind, 0) for kind in ("Plane", "Cylinder", "Sphere")]
+    kinds = [report.planes, report.cylinders, report.spheres, report.tori]
+    assert kinds == [FACES[name].get(kind, 0) for kind in ("Plane", "Cylinder", "Sphere", "Torus")]
     assert report.gap < 0.01 * TOLERANCE
     faces, volumes = read(gmsh, tmp_path / "a.step")
     assert faces == FACES[name]

@@ -1,11 +1,14 @@
 """Samples are labelled by the laws that they obey, whatever the unit and the frame."""
 
+from collections import Counter
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
+from tests.lawful import BEND, ROD, known_body
 from tests.touched import BORNE, touched, touched_samples
+from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.options import FaceOptions
@@ -62,6 +65,18 @@ def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
     assert (after.of[: len(points)] == before.of).all()
     assert [piece.kind for piece in after.pieces] == [Kind.SPHERE, Kind.SPHERE]
     assert (after.of[len(points) :] == 1).mean() > 0.999
+
+
+def test_a_bent_rod_is_two_planes_two_cylinders_and_a_torus():
+    """With its radii; rims are smooth where the bend begins, and the ends are edges."""
+    body = known_body("bend", 30)
+    laws = [face.law for face in body.faces.faces]
+    assert sorted(law.kind for law in laws) == ["cylinder", "cylinder", "plane", "plane", "torus"]
+    [bend] = [law.numbers for law in laws if law.kind == "torus"]
+    for name, true in (("radius", BEND), ("tube_radius", ROD)):
+        assert abs(bend[name] - true) < 5.0 * bend[f"{name}_std"] < 0.2
+    kinds = [edge.kind for edge in body.faces.edges]
+    assert Counter(kinds) == {EdgeKind.SMOOTH_RIM: 2, EdgeKind.SHARP_CONVEX: 2}
 
 
 def test_samples_that_nothing_explains_keep_no_label():
