@@ -70,8 +70,9 @@ _WALL_TRIANGLES = np.array(
 BLUNT, FILLET, WIDE_FILLET, COLUMN = 2.0, 3.0, 8.0, 6.0
 # Radii of the holes of a drilled plate, and of the bore of a tube.
 HOLE, BORE = 3.5, 8.0
-# Radius of a rod, that of the circle of its bend, and the length of its straight ends.
-ROD, BEND, LEG = 10.0, 30.0, 20.0
+# Radius of a rod, that of the circle of its bend, the length of its straight ends, and the bore of
+# a pipe.
+ROD, BEND, LEG, PIPE = 10.0, 30.0, 20.0, 7.0
 # Cut of the edges of a bevelled box, along both faces.
 BEVEL = 2.0
 _REACH, _SAMPLES = 16.0, 16
@@ -201,26 +202,26 @@ def _stadium() -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(np.concatenate(ends))
 
 
-def _bend() -> trimesh.Trimesh:
-    """A rod that is bent by a right angle, with straight ends."""
+def _bend(bore: float = 0.0) -> trimesh.Trimesh:
+    """A rod that is bent by a right angle, with straight ends, and with a bore a pipe."""
     turn = np.linspace(0.0, 0.5 * np.pi, 129)
     inward = np.column_stack([-np.cos(turn), 0.0 * turn, np.sin(turn)])
-    ends = np.array([[0.0, 0.0, -LEG], [LEG, 0.0, 0.0]])
     inward = np.concatenate([inward[:1], inward, inward[-1:]])
     middles = BEND * inward
-    middles[[0, -1]] += ends
-    around = _ring(1.0, 0.0)[::2]
-    count = len(around)
-    radial = around[:, :1] * inward[:, None] + around[:, 1:2] * np.array([0.0, 1.0, 0.0])
-    points = (middles[:, None] + ROD * radial).reshape(-1, 3)
-    on = np.arange(count * (len(middles) - 1))
-    following = on - on % count + (on + 1) % count
-    sides = [np.stack([on, following, on + count], axis=1)]
-    sides += [np.stack([following, following + count, on + count], axis=1)]
-    for middle, first in ((len(points), 0), (len(points) + 1, len(points) - count)):
-        rim = first + np.arange(count)
-        sides.append(np.stack([np.full(count, middle), rim, first + (rim - first + 1) % count], 1))
-    mesh = trimesh.Trimesh(np.concatenate([points, middles[[0, -1]]]), np.concatenate(sides))
+    middles[[0, -1]] += np.array([[0.0, 0.0, -LEG], [LEG, 0.0, 0.0]])
+    around = _ring(1.0, 0.0)[::2, :2]
+    radial = around[:, :1] * inward[:, None] + around[:, 1:] * np.array([0.0, 1.0, 0.0])
+    # Along the outside, and back in the bore; without one, along the middles.
+    rings = [middles[:, None] + ROD * radial, (middles[:, None] + bore * radial)[::-1]]
+    points, count = np.concatenate(rings).reshape(-1, 3), len(around)
+    on = np.arange(len(points))
+    beside = on - on % count + (on + 1) % count
+    ahead, both = np.roll(on, -count), np.roll(beside, -count)
+    sides = [np.stack([on, beside, ahead], axis=1), np.stack([beside, both, ahead], axis=1)]
+    mesh = trimesh.Trimesh(points, np.concatenate(sides))
+    mesh.merge_vertices()
+    mesh.update_faces(mesh.nondegenerate_faces())
+    mesh.remove_unreferenced_vertices()
     mesh.fix_normals()
     return mesh
 
@@ -275,6 +276,7 @@ _MESHES = {
     "tube": lambda: trimesh.creation.annulus(BORE, RADIUS, 2.0 * HALF_HEIGHT, sections=256),
     "stadium": _stadium,
     "bend": _bend,
+    "pipe": lambda: _bend(PIPE),
     "pyramid": _pyramid,
     "wavy": _wavy_box,
 }

@@ -156,14 +156,37 @@ class FaceField:
         away, near = self._tree.query(points, k=count)
         away = away.reshape(len(points), count)
         near = self._labelled[near.reshape(len(points), count)]
-        owner = self._of[near[:, 0]]
         columns = _by_face(self.trees, points, self._of[near])
+        owner = self._of_walls(columns, away, self._of[near])
         chosen = columns[owner, np.arange(len(points))]
         self._rims.move(points, away, owner, chosen)
         decides = self._sharp.cut(points, distances, away, owner, chosen)
         doubted, _ = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
+
+    def _of_walls(self, columns, away, of) -> np.ndarray:
+        """The face (n,) of the nearest sample, or the nearer one of two that face away from each
+        other, as the sides of a wall or a gap do, where samples of both are about as near.
+
+        Parameters
+        ----------
+        columns : (f, n, 5) float
+            See ``_by_face``.
+        away : (n, k) float, length
+            Distances of the nearest samples, ascending.
+        of : (n, k) int
+            Their faces.
+        """
+        rows, owner = np.arange(len(of)), of[:, 0].copy()
+        own = columns[owner, rows]
+        for k in range(1, of.shape[1]):
+            other = columns[of[:, k], rows]
+            nearer = np.abs(other[:, 0]) < np.abs(own[:, 0])
+            nearer &= (other[:, 1:4] * own[:, 1:4]).sum(axis=1) < -self.faces.levels.facing
+            nearer &= away[:, k] < 2.0 * away[:, 0]
+            owner[nearer], own[nearer] = of[nearer, k], other[nearer]
+        return owner
 
 
 def face_values(faces: Faces, points) -> FaceValues:
