@@ -46,9 +46,11 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if outward is None:
         hidden = quadric is None and noise_hides(touch, contours)
         return AtlasChange(refused=reason, hidden=hidden)
-    noise = np.repeat([c.noise_std for c in contours], [len(c.points) for c in contours])
+    counts = [len(c.points) for c in contours]
+    noise = np.repeat([c.noise_std for c in contours], counts)
     normals = _normals(state, touch.contact, contours, outward, quadric)
-    news, shift = compared(state, points, noise, np.concatenate(normals))
+    numbers = np.repeat(np.arange(len(contours)), counts)
+    news, shift = compared(state, points, noise, np.concatenate(normals), numbers)
     settle_tip(state, touch.tip_radius, touch.systematic_std)
     enter_samples(state, contours, normals)
     _enter_way(state, touch)
@@ -353,11 +355,14 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
     return compared(state, points, noise)[0]
 
 
-def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray, Shift]:
-    """The ``innovations`` of new samples, and what those with normals (n, 3) say of a shift of the
-    object: those within a step of others, where the surface faces as they do. Farther away it may
-    have features that no sample met, and where it is turned an edge lies between. A surface that
-    is farther from a sample than the others are does not follow those."""
+def compared(
+    state: AtlasState, points, noise, normals=None, numbers=None
+) -> tuple[np.ndarray, Shift]:
+    """The ``innovations`` of new samples, and what those with normals (n, 3), of contours
+    ``numbers`` (n,), say of a shift of the object: those within a step of others, where the surface
+    faces as they do. Farther away it may have features that no sample met, and where it is turned
+    an edge lies between. A surface that is farther from a sample than the others are does not
+    follow those, and one that leaves the nearest of them says nothing."""
     if state.body is None:
         return np.zeros((0, 6)), Shift()
     noise = np.broadcast_to(np.asarray(noise, float), len(points))
@@ -375,7 +380,8 @@ def compared(state: AtlasState, points, noise, normals=None) -> tuple[np.ndarray
     sure[sure] = state.body.follows(points[sure])
     square = state.law.scale(found.deviation[sure]) ** 2 + noise[sure] ** 2
     own = found.distance[sure], found.normal[sure], square
-    return news, shift_of(*own, state.law.freedom, state.levels)
+    of = None if numbers is None else numbers[sure]
+    return news, shift_of(*own, state.law.freedom, state.levels, of)
 
 
 def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:

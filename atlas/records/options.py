@@ -43,7 +43,8 @@ class Levels:
         moved.
     passed : float
         Share that may contradict by chance: of the ends at which contact was lost, those beyond
-        which samples lie; of the samples that a move would shift, those that lie as before it.
+        which samples lie; of the samples that a move would shift, those that lie as before it; of
+        the squares that a move explains, those of all contours of a touch but one.
 
     Examples
     --------

@@ -194,6 +194,21 @@ def test_a_step_that_no_contour_has_crossed_tells_no_shift():
         assert (found.square > 0.0) == tells
 
 
+def test_one_contour_alone_tells_no_shift():
+    """Of three contours with normals of all directions, one has two samples that the surface
+    misses by twenty deviations: some shift explains these. A shift is seen by all three."""
+    rng, contours = np.random.default_rng(5), np.repeat([0, 1, 2], [6, 4, 2])
+    normals = np.tile([0.0, 1.0, 0.0], (12, 1))
+    normals[6:10], normals[10:] = [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]
+    noise, variance = 0.02 * rng.normal(size=12), np.full(12, 0.02**2)
+    missed, shift = np.where(contours == 2, 0.4, 0.0), np.array([0.3, 0.3, 0.3])
+    for off, tells in (missed, False), (normals @ shift, True):
+        found = shift_of(off + noise, normals, variance, 7.0, contours=contours)
+        assert (found.square > 0.0) == tells
+    # Without contours both do.
+    assert shift_of(missed + noise, normals, variance, 7.0).square > 0.0
+
+
 def test_shifts_of_touches_add_up():
     one = Shift(np.diag([4.0, 0.0, 0.0]), np.array([2.0, 0.0, 0.0]), 1.0)
     other = Shift(np.diag([0.0, 1.0, 0.0]), np.array([0.0, 3.0, 0.0]), 9.0)
