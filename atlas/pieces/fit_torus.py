@@ -53,7 +53,9 @@ def fit_torus(points, normals, std) -> Piece | None:
         torus = np.append(torus[:7], -torus[7])
     basis = _basis(torus[3:6])
     weighted = (basis.T @ terms) / noise
-    covariance = basis @ np.linalg.pinv(weighted @ weighted.T, hermitian=True) @ basis.T
+    gram = weighted @ weighted.T
+    # What samples leave open has a large deviation, and no infinite one.
+    covariance = basis @ np.linalg.inv(gram + 1e-9 * gram.trace() * np.eye(7)) @ basis.T
     return Piece(Kind.TORUS, origin, axes, scale, torus, covariance)
 
 
