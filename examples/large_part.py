@@ -137,6 +137,8 @@ def main() -> None:
     parser.add_argument("--one", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("runs/large_part"))
     given = parser.parse_args()
+    if given.out.exists():
+        parser.error(f"{given.out} is there already; name another folder with --out")
     obj = rippled(4.0 * given.touches**0.5) if given.rippled else bosses(given.columns, given.rows)
     given.out.mkdir(parents=True)
     journal = given.out / "journal.sqlite"
