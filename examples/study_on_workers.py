@@ -34,6 +34,8 @@ from touchatlas.sim.study.workers import WorkOptions
 COLUMNS = ("number", "surface", "k1", "k2", "words")
 # Of each process that is started, bytes; and what two cells take.
 MEMORY, GIGABYTES = 3_000_000_000, {"memory": 2, "more": 4}
+# Where its tables go, and those from which a study that was cut short goes on.
+FOLDER = Path("runs/study_on_workers")
 SURFACES = ("ball", "ellipsoid", "torus")
 
 
@@ -129,11 +131,14 @@ def killed_and_restarted(count: int, address: str, worker: subprocess.Popen, mor
 
 
 def main(arguments: argparse.Namespace) -> int:
-    count, address = arguments.cells, f"tcp://127.0.0.1:{arguments.port}"
+    count = arguments.cells
+    address = arguments.address or f"tcp://127.0.0.1:{arguments.port}"
     on = WorkOptions(cluster=address)
     if arguments.client:
         measured(fitted, cells_of(count), Path(arguments.client), on)
         return 0
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    os.chdir(FOLDER)
     begun, busy = time.monotonic(), processor_seconds([])
     measured(fitted, cells_of(count), Path("one"), WorkOptions(workers=0))
     own = (processor_seconds([]) - busy) / count
