@@ -1,10 +1,10 @@
 """STEP export for CAD systems: the faces of a lawful body, Bezier faces of a smooth one, or
 triangles.
 
-Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone or sphere by
-its name in STEP, trimmed by curves that two faces share, with a fillet along each blunt edge.
-Any other closed body without edges becomes Bezier faces that share their edges. Triangles are the
-rest. Of both there are as few as the tolerance allows. Faces that close up become a solid.
+Where all faces obey laws each becomes one face of the file: a plane, cylinder, cone, sphere or
+torus by its name in STEP, trimmed by curves that two faces share, with a fillet along each blunt
+edge. Any other closed body without edges becomes Bezier faces that share their edges. Triangles are
+the rest. Of both there are as few as the tolerance allows. Faces that close up become a solid.
 """
 
 from collections import Counter

@@ -80,7 +80,8 @@ class _Judge:
         lawful = all(piece.kind.lawful for piece in pieces)
         if lawful and self._are_apart(pieces, middles):
             return None
-        # A plane, sphere or cylinder shows no change of its law.
+        # A plane, sphere or cylinder shows no change of its law; a torus beside a bent face may be
+        # a part of it, as a quadric may.
         bends = all(piece.kind >= Kind.TORUS for piece in pieces)
         smooth = bends and self._one_holds(a, b, middles)
         kind = EdgeKind.ARTIFICIAL if smooth else EdgeKind.SMOOTH_RIM

@@ -167,7 +167,8 @@ class FaceField:
 
     def _of_walls(self, columns, away, of) -> np.ndarray:
         """The face (n,) of the nearest sample, or the nearer one of two that face away from each
-        other, as the sides of a wall or a gap do, where samples of both are about as near.
+        other, as the sides of a wall or a gap do, where its sample is less than twice as far: on a
+        thin wall the nearest sample of a place between touches is of the other side.
 
         Parameters
         ----------
