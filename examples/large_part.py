@@ -30,7 +30,7 @@ from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.regions import regions_of
 from touchatlas.atlas.store import atlas_bytes
 from touchatlas.sim.folder.journal import Journal
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.study.regions import learn_by_regions
 from touchatlas.sim.study.surface_peers import spread_plans
 from touchatlas.sim.study.workers import WorkOptions
@@ -100,7 +100,7 @@ def touched(obj, count: int, journal: Path) -> list:
 def judged(name: str, atlas: Atlas, obj, at_seam) -> None:
     """Print what became of an atlas."""
     surface = extract_surface(atlas)
-    off = closest_points(surface.vertices, *obj.mesh(0.05 * TOLERANCE))[0]
+    off = ClosestPoints(*obj.mesh(0.05 * TOLERANCE))(surface.vertices)[0]
     seam = at_seam(surface.vertices)
     held = float((off <= 1.96 * surface.deviation).mean())
     print(f"{name}: {atlas}")

@@ -25,7 +25,7 @@ from touchatlas.atlas import Atlas, Scan, extract_surface
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import EvaluateOptions, Probe, evaluate_surface, make_object, truth_of
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 
 FOLDER = Path(
     os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
@@ -91,7 +91,7 @@ def explored(name: str, with_scan: bool) -> str:
     seconds = time.perf_counter() - start - aside
     columns = surface.vertices, surface.faces
     found = evaluate_surface(*columns, many, tolerance, rng, surface.deviation)
-    error = closest_points(surface.vertices, *mesh)[0]
+    error = ClosestPoints(*mesh)(surface.vertices)[0]
     away = cKDTree(scan.points).query(surface.vertices)[0]
     seen = away < 0.03 * obj.diagonal
     right = error <= 1.96 * surface.deviation

@@ -5,8 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc
-from scipy.stats import binom, poisson
+from scipy.special import bdtrc, fdtrc, pdtrc
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
 from touchatlas.atlas.samples.evidence import Evidence, Shift
@@ -117,7 +116,7 @@ def bad_contacts(atlas: AtlasState) -> Fault | None:
     count, samples = len(atlas.bad_contacts), atlas.evidence.sum("samples")
     # Five deviations are passed once in 1.7 million.
     expected = 6e-7 * samples
-    chance = float(poisson.sf(count - 1, expected))
+    chance = float(pdtrc(count - 1, expected)) if count else 1.0
     if chance >= atlas.evidence.chance:
         return None
     share = count / samples
@@ -138,7 +137,7 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
     is_open[ends.open()] = True
     passed = int((~is_open).sum())
     level = atlas.levels.passed
-    chance = float(binom.sf(passed - 1, count, level))
+    chance = float(bdtrc(passed - 1, count, level))
     if chance >= atlas.evidence.chance:
         return None
     words = (

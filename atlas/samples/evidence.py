@@ -8,7 +8,7 @@ laws, which add up from touch to touch. So do the normal equations of a shift of
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
@@ -197,12 +197,12 @@ class Evidence:
 
     def is_refuted(self, square: float, freedom: float) -> bool:
         """Whether a sum of squares is larger than chance explains."""
-        return bool(chi2.sf(square, freedom) < self.chance)
+        return bool(chdtrc(freedom, square) < self.chance)
 
     def chance_of(self, name: str) -> float:
         """Chance of squares as large as those of a name, if the probe is as stated."""
         freedom = self.sum(f"{name}_freedom")
-        return float(chi2.sf(self.sum(name), freedom)) if freedom > 0.0 else 1.0
+        return float(chdtrc(freedom, self.sum(name))) if freedom > 0.0 else 1.0
 
     def refutes(self, *names: str) -> bool:
         """Whether the squares of all names are larger than chance explains."""
@@ -349,7 +349,7 @@ def _in_best_plane(contour: Contour, chance: float) -> Contour:
     """The contour in the plane of its samples, where these leave the stated one by more than noise
     explains with a chance."""
     test = plane_test(contour)
-    if test is None or test.tilt <= chi2.isf(chance, test.tilt_freedom):
+    if test is None or test.tilt <= chdtri(test.tilt_freedom, chance):
         return contour
     plane = replace(contour.plane, point=contour.points.mean(axis=0), normal=test.normal)
     return replace(contour, plane=plane)

@@ -4,7 +4,7 @@ far they miss each other."""
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour
@@ -129,6 +129,6 @@ def _height(contour: Contour, contact, line, alpha: float) -> tuple[float, float
     rest = height - design @ found
     # Noise along the curve changes its height by the slope.
     variance = noise**2 * (1.0 + (found[1] / scale) ** 2)
-    if float(rest @ rest) > chi2.isf(alpha, freedom) * variance:
+    if float(rest @ rest) > chdtri(freedom, alpha) * variance:
         return None
     return float(found[0]), float(inverse[0] @ inverse[0]) * variance

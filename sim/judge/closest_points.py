@@ -1,5 +1,7 @@
 """Closest points of triangles, also where most of them are equally far."""
 
+from functools import cached_property
+
 import igl
 import numpy as np
 from scipy.spatial import cKDTree
@@ -7,38 +9,66 @@ from scipy.spatial.distance import cdist
 
 from touchatlas.sim.world.triangles import sample_triangles
 
+# Queries at once: 8 MB of distances, and a moment's wait for Ctrl-C.
+_BLOCK = 1000
 
-def closest_points(points, vertices, faces, rounding: float = 0.0):
-    """Distances (n,) of points from a mesh, faces (n,), and the closest points (n, 3) on them.
 
-    Distances up to ``rounding``, length, are 0.
+class ClosestPoints:
+    """The closest points of a mesh, whose trees are built once.
 
     They are exact but for points that are equally far from many triangles, as the centre of a ball
     is: no tree of boxes can leave one out there, and a query would visit all. For these the nearest
     of a thousand points of the mesh is taken, which is farther by less than 1 %.
+
+    Parameters
+    ----------
+    vertices : (v, 3) float, length
+    faces : (f, 3) int
     """
-    anchors, owners = sample_triangles(vertices, faces, 1000, np.random.default_rng(0))
-    distance, index, feet = np.empty(len(points)), np.empty(len(points), int), points.copy()
-    # Few points have two anchors as far; the others need not be compared with all.
-    nearest = cKDTree(anchors).query(points, k=2)[0]
-    # A query is equally far from most of the mesh if more than 2 % of the anchors are at most 1 %
-    # farther than the nearest one.
-    doubt = np.flatnonzero(nearest[:, 1] <= 1.01 * nearest[:, 0])
-    exact = np.ones(len(points), bool)
-    # A thousand queries at once: 8 MB of distances, and a moment's wait for Ctrl-C.
-    for start in range(0, len(doubt), 1000):
-        some = doubt[start : start + 1000]
-        away = cdist(points[some], anchors)
-        nearest = away.argmin(axis=1)
-        least = away[np.arange(len(away)), nearest]
-        exact[some] = (away <= 1.01 * least[:, None]).mean(axis=1) <= 0.02
-        distance[some], index[some], feet[some] = least, owners[nearest], anchors[nearest]
-    rows = np.flatnonzero(exact)
-    if len(rows):
+
+    def __init__(self, vertices, faces) -> None:
+        self.vertices, self.faces = vertices, faces
+
+    def __call__(self, points, rounding: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Distances (n,) of points (n, 3) from the mesh, faces (n,), and the closest points (n, 3)
+        on them. Distances up to ``rounding``, length, are 0."""
+        anchors, owners = self._anchors
+        distance, index, feet = np.empty(len(points)), np.empty(len(points), int), points.copy()
+        exact = np.ones(len(points), bool)
+        for some in _blocks(self._in_doubt(points)):
+            away = cdist(points[some], anchors)
+            nearest = away.argmin(axis=1)
+            least = away[np.arange(len(away)), nearest]
+            exact[some] = (away <= 1.01 * least[:, None]).mean(axis=1) <= 0.02
+            distance[some], index[some], feet[some] = least, owners[nearest], anchors[nearest]
+        for some in _blocks(np.flatnonzero(exact)):
+            found = self._tree.squared_distance(self.vertices, self.faces, points[some])
+            distance[some], index[some], feet[some] = np.sqrt(found[0]), found[1], found[2]
+        return np.where(distance <= rounding, 0.0, distance), index, feet
+
+    def _in_doubt(self, points) -> np.ndarray:
+        """(d,) points that may be equally far from most of the mesh: from more than 2 % of the
+        anchors at most 1 % farther than from the nearest one. Few have two anchors as far; the
+        others need not be compared with all."""
+        nearest = self._anchor_tree.query(points, k=2)[0]
+        return np.flatnonzero(nearest[:, 1] <= 1.01 * nearest[:, 0])
+
+    @cached_property
+    def _anchors(self) -> tuple[np.ndarray, np.ndarray]:
+        """A thousand points (k, 3) of the mesh, and their faces (k,)."""
+        return sample_triangles(self.vertices, self.faces, 1000, np.random.default_rng(0))
+
+    @cached_property
+    def _anchor_tree(self) -> cKDTree:
+        return cKDTree(self._anchors[0])
+
+    @cached_property
+    def _tree(self) -> igl.AABB:
         tree = igl.AABB()
-        tree.init(vertices, faces)
-        for start in range(0, len(rows), 1000):
-            some_rows = rows[start : start + 1000]
-            square, found, places = tree.squared_distance(vertices, faces, points[some_rows])
-            distance[some_rows], index[some_rows], feet[some_rows] = np.sqrt(square), found, places
-    return np.where(distance <= rounding, 0.0, distance), index, feet
+        tree.init(self.vertices, self.faces)
+        return tree
+
+
+def _blocks(rows) -> list[np.ndarray]:
+    """Rows (n,) in blocks."""
+    return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from touchatlas.patch.geometry.normal_error import SURE
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.surface_file import check_deviation, check_triangles
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
@@ -120,10 +120,10 @@ def evaluate_surface(
     corners, true_corners = vertices[np.unique(faces)], truth.corners
     # A point of both is off by some last digits of the coordinates, by more on slivers.
     rounding = 1e-12 * float(np.abs(truth.vertices).max())
-    accuracy, _, _ = closest_points(sampled, truth.vertices, truth.faces, rounding)
-    at_corners, _, _ = closest_points(corners, truth.vertices, truth.faces, rounding)
-    completeness, index, feet = closest_points(truth.points, vertices, faces, rounding)
-    at_true, _, _ = closest_points(true_corners, vertices, faces, rounding)
+    accuracy, at_corners = (truth.closest(points, rounding)[0] for points in (sampled, corners))
+    closest = ClosestPoints(vertices, faces)
+    completeness, index, feet = closest(truth.points, rounding)
+    at_true, _, _ = closest(true_corners, rounding)
     normals = surface_normals(vertices, faces, index, feet)
     false, false_place = _farthest((accuracy, sampled), (at_corners, corners))
     predicted = None

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import trimesh
 
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.surface_file import check_triangles
 from touchatlas.sim.world.parts import hidden, hidden_area, part_of_faces
 from touchatlas.sim.world.triangles import sample_triangles, surface_normals
@@ -56,6 +56,11 @@ class Truth:
         return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
 
     @cached_property
+    def closest(self) -> ClosestPoints:
+        """The closest points of the triangles."""
+        return ClosestPoints(self.vertices, self.faces)
+
+    @cached_property
     def part_of_face(self) -> np.ndarray:
         """(f,) number of the separate part of the surface that each triangle belongs to."""
         return part_of_faces(self.faces)
@@ -65,7 +70,7 @@ class Truth:
         """(n,) triangle on which each point lies, of a body of several parts; else 0."""
         if not self.part_of_face.any():
             return np.zeros(len(self.points), int)
-        return closest_points(self.points, self.vertices, self.faces)[1]
+        return self.closest(self.points)[1]
 
     @cached_property
     def hidden(self) -> np.ndarray:

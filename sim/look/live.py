@@ -2,9 +2,9 @@
 
 import threading
 import webbrowser
-from functools import cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.look.frames import Frames
 from touchatlas.sim.look.replay import page_bytes, run_text
 from touchatlas.sim.world.implicit_object import ImplicitObject
@@ -17,8 +17,11 @@ def follow(frames: Frames, obj: ImplicitObject | MeshObject, tolerance: float) -
     Only the page and what it shows are served, to programs of this machine.
     """
     unit = "mm" if isinstance(obj, ImplicitObject) else ""
-    # The truth is looked at here, not measured with.
-    truth = cache(lambda: obj.mesh(0.2 * tolerance))
+
+    def truth() -> ClosestPoints:
+        """The truth, which is looked at here, not measured with. The object keeps its mesh; a tree
+        that a thread held at the end of the process would be a leak."""
+        return ClosestPoints(*obj.mesh(0.2 * tolerance))
 
     def text(held: Frames) -> str:
         return run_text(obj.name, held, tolerance, unit, truth(), live=True)

@@ -23,7 +23,7 @@ from touchatlas.atlas.scene import (
     new_plot,
     packed,
 )
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.look.frames import MOST_VERTICES, Frames, Mesh, clustered
 
 # Vertices of all surfaces, at most: with some sixteen bytes a vertex the page stays below 10 MB.
@@ -37,7 +37,7 @@ def replay_bytes(
     frames: Frames,
     tolerance: float,
     unit: str,
-    truth: tuple[np.ndarray, np.ndarray] | None,
+    truth: ClosestPoints | None,
     curves: str,
     face_words: Sequence[str] = (),
 ) -> bytes:
@@ -52,8 +52,8 @@ def replay_bytes(
         Where the colours of deviations and errors end.
     unit : str
         Of lengths.
-    truth : pair of vertices (v, 3), length, and faces (f, 3), optional
-        Shown as translucent, and what errors are measured from.
+    truth : ClosestPoints, optional
+        Of the true surface, which is shown as translucent and is what errors are measured from.
     curves : str
         Pictures that stand beside, as HTML.
     face_words : sequence of str
@@ -137,7 +137,7 @@ def _mesh_arrays(meshes: list[Mesh], tolerance: float, truth) -> dict[str, np.nd
         "patch": _colours([mesh.patch for mesh in every]),
     }
     if truth is not None:
-        error = closest_points(vertices, *truth)[0] if len(vertices) else np.zeros(0)
+        error = truth(vertices)[0] if len(vertices) else np.zeros(0)
         out["error"] = _bytes(error, tolerance)
     return out
 
@@ -238,8 +238,8 @@ def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
         line = np.array([[0, 0, 0], [extent, 0, 0]], np.float32), np.array([[0, 1]], np.uint32)
         plot += k3d.lines(*line, name=name, visible=False, **looks)
     if truth is not None:
-        kept, faces = clustered(truth[0], truth[1], MOST_VERTICES)
-        vertices = np.asarray(truth[0][kept], float)
+        kept, faces = clustered(truth.vertices, truth.faces, MOST_VERTICES)
+        vertices = np.asarray(truth.vertices[kept], float)
         # A little within, so that the surface hides it where it is known. The triangles of two
         # sides that clustering made one have no normal together.
         normals = np.nan_to_num(igl.per_vertex_normals(vertices, faces))
@@ -251,7 +251,9 @@ def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
 def _in_sight(frames: Frames, truth) -> tuple[np.ndarray, np.ndarray]:
     """Corners (3,) of a box about the body and what was touched of it, length."""
     every = [touch.contact[None] for touch in frames.touches]
-    every += [mesh.vertices for mesh in frames.meshes[-1:]] + ([] if truth is None else [truth[0]])
+    every += [mesh.vertices for mesh in frames.meshes[-1:]] + (
+        [] if truth is None else [truth.vertices]
+    )
     points = np.concatenate(every).astype(float) if every else np.zeros((1, 3))
     low, high = points.min(axis=0), points.max(axis=0)
     return low, np.maximum(high, low + (float(np.ptp(points, axis=0).max()) or 1.0) * 1e-3)

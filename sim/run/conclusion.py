@@ -14,7 +14,6 @@ from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.folder.run_options import check_number
-from touchatlas.sim.judge.closest_points import closest_points
 from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.number_meanings import LENGTH
@@ -89,11 +88,14 @@ class Conclusion:
             with phases("files", "writing the surface"):
                 write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))
         with phases("evaluate", "comparing the surface with the truth"):
-            numbers = self._quality(surface, rng)
+            truth = None
+            if surface is not None and len(surface.faces):
+                truth = truth_of(self.obj, atlas.tolerance, rng)
+            numbers = self._quality(surface, truth, rng)
             numbers["doubts"] = self._doubts(surface, known)
             numbers["faults"] = [fault.as_dict() for fault in faults(atlas)]
         with phases("files", "drawing the pictures"):
-            self._draw(folder, surface, known["open_places"])
+            self._draw(folder, surface, truth, known["open_places"])
         numbers |= known | self._expense() | self._seconds()
         write_whole(folder / "evaluation.json", (json.dumps(numbers, indent=2) + "\n").encode())
         return surface, numbers
@@ -107,25 +109,27 @@ class Conclusion:
         found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
         return [doubt.as_dict() for doubt in (*feature_doubts(known), *found)]
 
-    def _draw(self, folder: Path, surface: Surface | None, open_places) -> None:
+    def _draw(
+        self, folder: Path, surface: Surface | None, truth: Truth | None, open_places
+    ) -> None:
         """Write progress.png, surface.png and replay.html."""
         name, tolerance, unit = self.obj.name, self.atlas.tolerance, unit_of(self.obj)
         if self.progress.rows:
             write_whole(folder / "progress.png", self.progress.png_bytes(name, unit))
-        if surface is not None and len(surface.faces):
-            truth = self.obj.mesh(_TRUTH_SAGITTA * tolerance)
+        if surface is not None and truth is not None:
             self.frames.end(surface, open_places, self.atlas.body)
             bare = self.atlas.without_tip.body
             faces = [face.words for face in bare.faces.faces] if bare else []
             curves = self.progress.charts(unit)
-            page = replay_bytes(name, self.frames, tolerance, unit, truth, curves, faces)
+            page = replay_bytes(name, self.frames, tolerance, unit, truth.closest, curves, faces)
             write_whole(folder / "replay.html", page)
-            error, _, _ = closest_points(surface.vertices, *truth)
+            error, _, _ = truth.closest(surface.vertices)
             body = surface.vertices, surface.faces
-            picture = surface_picture(name, body, error, truth, tolerance, unit)
+            true = truth.vertices, truth.faces
+            picture = surface_picture(name, body, error, true, tolerance, unit)
             write_whole(folder / "surface.png", picture)
 
-    def _quality(self, surface: Surface | None, rng) -> dict:
+    def _quality(self, surface: Surface | None, truth: Truth | None, rng) -> dict:
         """How good the surface is; without a surface the numbers are None or zero."""
         obj, atlas = self.obj, self.atlas
         numbers: dict = dict.fromkeys(field.name for field in fields(Evaluation))
@@ -134,11 +138,11 @@ class Conclusion:
         numbers |= {"total_curvature_over_2pi": None, "diagonal": obj.diagonal}
         numbers["closed_holes"] = 0 if surface is None else len(surface.closed_holes)
         numbers["stray_pieces"] = 0 if surface is None else surface.stray_pieces
-        if surface is not None and len(surface.faces):
+        if surface is not None and truth is not None:
             evaluation = evaluate_surface(
                 surface.vertices,
                 surface.faces,
-                truth_of(obj, atlas.tolerance, rng),
+                truth,
                 atlas.tolerance,
                 rng,
                 surface.deviation,

@@ -15,7 +15,7 @@ from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner import Planner, explore
 from touchatlas.planner.stop import StopReason
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.study.bodies import (
     NOISE,
     TOLERANCE,
@@ -166,7 +166,7 @@ def _accuracy(surface: Surface, trial: Trial, rng) -> tuple[float, float]:
     """Largest distance of the surface from the truth, and the fraction within 1.96 deviations."""
     points, face = sample_triangles(surface.vertices, surface.faces, trial.points, rng)
     every = np.concatenate([points, surface.vertices])
-    off = closest_points(every, *trial.body.mesh(trial.sagitta * trial.tolerance))[0]
+    off = ClosestPoints(*trial.body.mesh(trial.sagitta * trial.tolerance))(every)[0]
     deviation = surface.deviation[surface.faces[face]].max(axis=1)
     return float(off.max()), float(np.mean(off[: len(points)] <= SURE * deviation))
 
@@ -175,7 +175,7 @@ def _completeness(surface: Surface, trial: Trial, rng) -> tuple[float, int]:
     """Fraction of the found parts of the truth near the surface, and their V - E + F."""
     vertices, faces = trial.body.mesh(trial.sagitta * trial.tolerance)
     points, face = sample_triangles(vertices, faces, trial.points, rng)
-    off = closest_points(points, surface.vertices, surface.faces)[0]
+    off = ClosestPoints(surface.vertices, surface.faces)(points)[0]
     near = off <= trial.far * trial.tolerance
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     _, label = connected_components(trimesh.graph.edges_to_coo(mesh.edges), directed=False)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.judge.truth import EvaluateOptions, truth_from_mesh
@@ -150,7 +150,7 @@ def test_a_tiny_surface_at_the_centre_of_a_ball_is_judged_at_once():
 def test_estimated_distances_are_taken_only_where_most_of_a_mesh_is_equally_far():
     vertices, faces = ball(1.0, 4)
     points = np.random.default_rng(0).normal(size=(3000, 3))
-    distance, index, feet = closest_points(points, vertices, faces)
+    distance, index, feet = ClosestPoints(vertices, faces)(points)
     square, _, _ = igl.point_mesh_squared_distance(points, vertices, faces)
     # At half a radius from the ball, 1 % of the distance is a cap of less than half a percent.
     near = np.abs(np.linalg.norm(points, axis=1) - 1.0) < 0.5

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from touchatlas.patch import ContourEnd
-from touchatlas.sim.judge.closest_points import closest_points
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.world.mesh_file import load_mesh
 from touchatlas.sim.world.mesh_object import MeshObject
 
@@ -41,7 +41,7 @@ def test_contour_lies_on_its_plane_and_on_the_mesh():
     )
     assert end is ContourEnd.LENGTH_REACHED and len(points) == 10
     assert np.abs((points - start) @ normal).max() < 1e-12
-    distance, _, _ = closest_points(points, obj.vertices, obj.faces)
+    distance, _, _ = ClosestPoints(obj.vertices, obj.faces)(points)
     assert distance.max() < 1e-9
 
 
