@@ -62,6 +62,8 @@ def regions_of(touches: Sequence[Touch], most: int, overlap: float | None = None
     """
     if not most >= 1:
         raise ValueError(f"most is {most}; a region has one touch or more")
+    if not (overlap is None or 0.0 <= overlap < np.inf):
+        raise ValueError(f"overlap is {overlap}; it must be a length >= 0")
     contacts = np.array([touch.contact for touch in touches]).reshape(-1, 3)
     if overlap is None:
         overlap = float(np.median([_reach(touch) for touch in touches if touch.contours] or [0.0]))

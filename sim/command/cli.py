@@ -57,6 +57,7 @@ for _name, _help in (
     ),
     ("export", "Write the atlas of a run as a STEP file for CAD, or the graph of its faces."),
     ("chart", "Chart accuracy against speed of one patch: our methods, the paper's, peers'."),
+    ("regions", "Learn the many touches of a large part by regions, here or on a cluster."),
     ("study", "Explore many objects with many options and seeds, here or on a cluster."),
     ("paper", "Repeat the paper's tables and figures on simulated objects."),
 ):

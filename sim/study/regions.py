@@ -19,8 +19,11 @@ from touchatlas.atlas.regions import (
     save_part,
 )
 from touchatlas.sim.folder.journal import Journal
+from touchatlas.sim.folder.option_tables import updated
 from touchatlas.sim.folder.out_folder import make_out_folder
+from touchatlas.sim.folder.run_folder import read_settings
 from touchatlas.sim.folder.run_lock import locked
+from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.study import Study, Watch, run
 from touchatlas.sim.study.workers import WorkOptions
@@ -36,6 +39,7 @@ def learn_by_regions(
     most: int = 100,
     overlap: float | None = None,
     options: AtlasOptions = AtlasOptions(),
+    scale: float | None = None,
     work: WorkOptions = WorkOptions(),
     watch: Watch = lambda done, total: None,
     say: Callable[[str], None] = lambda words: None,
@@ -57,7 +61,8 @@ def learn_by_regions(
         Most touches of a region.
     overlap : float, length, optional
         See ``regions_of``.
-    options : AtlasOptions
+    options, scale
+        Those of ``Atlas``.
     work : WorkOptions
     watch, say : callable
         Called with the numbers of regions done and of all; with sentences.
@@ -79,6 +84,7 @@ def learn_by_regions(
         atlas = learn_by_regions("RUN/journal.sqlite", "regions", 0.1, work=WorkOptions(workers=8))
         atlas.finish()
     """
+    check_number("tolerance", tolerance)
     journal, folder = Path(journal).resolve(), Path(folder).resolve()
     if not journal.is_file():
         raise ValueError(f"{journal} is no file; give the journal.sqlite of a run")
@@ -90,16 +96,37 @@ def learn_by_regions(
     for number, region in enumerate(regions_of(touches, most, overlap)):
         head = {"region": str(number), "file": f"region-{number}.npz"}
         places = [some.tolist() for some in (region.own, region.around)]
-        given = str(journal), digest, *places, tolerance, asdict(options), str(folder), head["file"]
-        cells.append(Cell("regions.csv", head, given))
+        given = str(journal), digest, *places, tolerance, asdict(options), scale
+        cells.append(Cell("regions.csv", head, (*given, str(folder), head["file"])))
     make_out_folder(folder)
     with locked(folder):
         study = Study("regions", COLUMNS, measure_region, "ended", timed=("seconds",))
         return joined([_part(folder, row) for row in run(study, cells, folder, watch, work, say)])
 
 
+def options_of_run(folder) -> tuple[float, AtlasOptions, float | None]:
+    """Tolerance, length, and the options and scale, length, of the atlas of a run.
+
+    Raises
+    ------
+    ValueError
+        When the folder holds no run.
+    """
+    settings = read_settings(folder)
+    options = updated(AtlasOptions(), settings.get("atlas", {}), f"{folder}/run.toml", ("atlas",))
+    return settings["tolerance"], options, settings.get("scale")
+
+
 def measure_region(
-    journal: str, digest: str, own, around, tolerance: float, options: dict, folder: str, name: str
+    journal: str,
+    digest: str,
+    own,
+    around,
+    tolerance: float,
+    options: dict,
+    scale: float | None,
+    folder: str,
+    name: str,
 ) -> list[Row]:
     """Learn a region, write its atlas to a file of a folder, and say what it has."""
     if file_digest(journal) != digest:
@@ -107,10 +134,9 @@ def measure_region(
     with closing(Journal(journal)) as file:
         touches = file.touches()
     begun, levels = time.process_time(), Levels(**options["levels"])
+    given = AtlasOptions(**options | {"levels": levels})
     region = Region(*(np.array(some, int) for some in (own, around)))
-    part, refused = learn_region(
-        touches, region, tolerance, AtlasOptions(**options | {"levels": levels})
-    )
+    part, refused = learn_region(touches, region, tolerance, given, scale)
     save_part(Path(folder) / name, part)
     found = {
         "touches": str(len(own)),

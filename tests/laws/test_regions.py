@@ -103,6 +103,8 @@ def test_no_sample_in_any_region_is_refused(touches):
         joined([learn_region(touches, region, 0.1)[0]])
     with pytest.raises(ValueError, match="most is 0"):
         regions_of(touches, 0)
+    with pytest.raises(ValueError, match="overlap is -1"):
+        regions_of(touches, 1, -1)
 
 
 def kept(touches, path):

@@ -108,7 +108,7 @@ def test_existing_run_is_refused_unless_forced(whole_run):
             ["explore", "sphere", "cube"],
             "leave out cube, or quote a name with spaces; see touchatlas explore --help",
         ),
-        (["nosuch"], "export, chart, study, paper; see touchatlas --help"),
+        (["nosuch"], "export, chart, regions, study, paper; see touchatlas --help"),
         (["explore", "/dev/null"], "'/dev/null' is a device or a pipe"),
         (["evaluate", "/dev/null", "--truth", "sphere"], "/dev/null is a device or a pipe"),
         (["explore", "point.off"], "all its vertices are at one point"),
