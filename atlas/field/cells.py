@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from touchatlas.atlas.field.alike_faces import alike_faces
-from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.rounded_edges import are_rounded
 
 
@@ -49,36 +49,32 @@ class Cells:
         """(f,) the first face that is one surface with each face."""
         return self._one
 
-    def decide(self, points, distances) -> tuple[np.ndarray, np.ndarray]:
-        """The face (n,) that votes show to be the surface of points (n, 3) at distances (n, f) from
-        all faces, length; -1 where they do not, or where it has several patches. And its distance,
-        normal and variance (n, 5).
+    def decide(self, at: FacesAt) -> tuple[np.ndarray, np.ndarray]:
+        """The face (n,) that votes show to be the surface of n points; -1 where they do not, or
+        where it has several patches. And its distance, normal and variance (n, 5).
 
         They do where the cell of a point is known, and that beyond the nearest face is known to be
         on the other side.
         """
-        distances = self._of_surfaces(points, distances)
-        outside = distances > 0.0
+        distances = self._of_surfaces(at.points, at.distances)
+        outside, count = distances > 0.0, len(distances)
         nearest = self._off(distances).argmin(axis=1)
         label = self._label(self._key(outside))
-        beyond = self._across(outside, np.arange(len(points)), nearest[:, None])
+        beyond = self._across(outside, np.arange(count), nearest[:, None])
         shown = (label != 0.0) & (self._label(beyond) == -label)
-        shown &= self._may_bound(distances[np.arange(len(points)), nearest], nearest, label)
-        decides, chosen = np.full(len(points), -1), np.zeros((len(points), 5))
-        self._move(points, nearest, label, np.flatnonzero(shown), decides, chosen)
+        shown &= self._may_bound(distances[np.arange(count), nearest], nearest, label)
+        decides, chosen = np.full(count, -1), np.zeros((count, 5))
+        self._move(at, nearest, label, np.flatnonzero(shown), decides, chosen)
         decides[self._has_patches[decides]] = -1
         return decides, chosen
 
-    def settle(
-        self, points, distances, away, owner, decides, chosen
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def settle(self, at: FacesAt, away, owner, decides, chosen) -> tuple[np.ndarray, np.ndarray]:
         """Correct what was chosen where the votes of the cells on both sides contradict it.
 
         Parameters
         ----------
-        points : (n, 3) float, length
-        distances : (n, f) float, length
-            From all faces.
+        at : FacesAt
+            Of n points.
         away : (n,) float, length
             From the nearest sample. The surface is no farther, so that no farther face is chosen.
         owner : (n,) int
@@ -96,7 +92,7 @@ class Cells:
             Whether the votes show that the surface is where it was chosen, and no nearer: beyond a
             nearer face votes may contradict each other, as between two levels without a riser.
         """
-        distances = self._of_surfaces(points, distances)
+        distances = self._of_surfaces(at.points, at.distances)
         outside, off = distances > 0.0, self._off(distances)
         label, before = self._label(self._key(outside)), _side(chosen[:, 0])
         shown, label = label != 0.0, np.where(label == 0.0, before, label)
@@ -116,7 +112,7 @@ class Cells:
         rows, face, beyond = self._beyond(outside, order, asked)
         goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
         hit = np.flatnonzero((beyond == -label[rows]) | goes_on)[::-1]
-        found = np.full(len(points), -1)
+        found = np.full(len(distances), -1)
         # The first one comes last here, and stays.
         found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
@@ -125,7 +121,7 @@ class Cells:
         across = self._across(outside, rows, order[rows, column][:, None])
         nearer[rows, column] = np.isin(across, self._contested)
         confirmed &= shown & ~wrong & ~nearer.any(axis=1)
-        self._move(points, found, label, moved, decides, chosen)
+        self._move(at, found, label, moved, decides, chosen)
         return np.flatnonzero(wrong & (found < 0)), confirmed
 
     def _judged(self, outside, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
@@ -163,22 +159,21 @@ class Cells:
         has points of a label (n,) on that side of it."""
         return np.asarray((_side(distance) == label) | self._two_ways[one])
 
-    def _move(self, points, found, label, moved, decides, chosen) -> None:
+    def _move(self, at: FacesAt, found, label, moved, decides, chosen) -> None:
         """Let the faces ``found`` (n,), or the nearest of those of one surface with it that face
         the side of the label (n,), decide for the points ``moved`` (m,)."""
         for one in np.unique(found[moved]).tolist():
             rows, faces = moved[found[moved] == one], self._of_one[one]
             decides[rows] = one
             if len(faces) > 1:
-                away = np.stack([self._trees.away(k, points[rows]) for k in faces.tolist()])
-                distances = [self._trees.distances(k, points[rows]) for k in faces.tolist()]
+                away = np.stack([self._trees.away(k, at.points[rows]) for k in faces.tolist()])
                 # One on whose own surface a point lies may be on either side of it.
-                other = (_side(np.stack(distances)) != label[rows]) & self._two_ways[one]
+                other = (_side(at.distances[rows][:, faces].T) != label[rows]) & self._two_ways[one]
                 away[other] = np.inf
                 decides[rows] = faces[away.argmin(axis=0)]
         for k in np.unique(decides[moved]).tolist():
             mine = moved[decides[moved] == k]
-            chosen[mine] = self._trees.values(k, points[mine])
+            chosen[mine] = at.values(k, mine)
 
     def _votes(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and the

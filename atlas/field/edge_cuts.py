@@ -3,7 +3,7 @@ concave one."""
 
 import numpy as np
 
-from touchatlas.atlas.field.face_trees import FaceTrees, curve_tree
+from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees, curve_tree
 
 
 class SharpEdges:
@@ -25,14 +25,12 @@ class SharpEdges:
                 curve = curve_tree(edge) if edge.curves else None
                 self._edges.append((edge.first, edge.second, edge.kind.sign, curve))
 
-    def cut(self, points, distances, away, owner, chosen) -> np.ndarray:
-        """(n,) the face that decides for points (n, 3) beside sharp edges.
+    def cut(self, at: FacesAt, away, owner, chosen) -> np.ndarray:
+        """(n,) the face that decides for n points beside sharp edges.
 
         Parameters
         ----------
-        points : (n, 3) float, length
-        distances : (n, f) float, length
-            From all faces.
+        at : FacesAt
         away : (n, k) float, length
             Distances of the nearest samples.
         owner : (n,) int
@@ -45,21 +43,20 @@ class SharpEdges:
         for first, second, sign, curve in self._edges:
             for own, other in ((first, second), (second, first)):
                 mine = rows[own]
-                mine = mine[sign * distances[mine, other] > sign * chosen[mine, 0]]
+                mine = mine[sign * at.distances[mine, other] > sign * chosen[mine, 0]]
                 if not len(mine):
                     continue
-                theirs = self._trees.away(other, points[mine], 2.0 * self._reach)
+                theirs = self._trees.away(other, at.points[mine], 2.0 * self._reach)
                 if curve is not None:
                     far = np.flatnonzero(np.isinf(theirs))
-                    far = far[curve.query(points[mine[far]])[0] < 2.0 * away[mine[far], -1]]
-                    theirs[far] = self._trees.away(other, points[mine[far]])
+                    far = far[curve.query(at.points[mine[far]])[0] < 2.0 * away[mine[far], -1]]
+                    theirs[far] = self._trees.away(other, at.points[mine[far]])
                 beside = np.isfinite(theirs)
                 mine, theirs = mine[beside], theirs[beside]
-                taken = (own, other), mine, theirs, points, distances
-                self._cut(sign, *taken, chosen, decides)
+                self._cut(sign, (own, other), mine, theirs, at, chosen, decides)
         return decides
 
-    def _cut(self, sign: float, pair, rows, away, points, distances, chosen, decides) -> None:
+    def _cut(self, sign: float, pair, rows, away, at: FacesAt, chosen, decides) -> None:
         """Let the second face of a pair decide for points of ``rows`` (m,) of the first where it is
         the farther out; at a concave edge, of sign -1, the farther in. Its samples are ``away``
         (m,) from them, length.
@@ -68,8 +65,8 @@ class SharpEdges:
         """
         if not len(rows):
             return
-        limit = self._least_out(sign, pair, points[rows], away)
-        theirs = self._trees.values(pair[1], points[rows])
+        limit = self._least_out(sign, pair, at.points[rows], away)
+        theirs = at.values(pair[1], rows)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
 

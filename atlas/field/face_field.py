@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.field.cells import Cells
 from touchatlas.atlas.field.edge_cuts import SharpEdges
-from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.passed_air import PassedAir
 from touchatlas.atlas.field.rounded_edges import RoundedEdges, face_of_each_sample
 from touchatlas.atlas.field.smooth_rims import SmoothRims
@@ -135,33 +135,33 @@ class FaceField:
         if self.is_one_face:
             one, face = self.trees.values(0, points), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
-        distances = self.trees.all_distances(points)
-        decides, chosen = self._cells.decide(points, distances)
+        at = self.trees.at(points)
+        decides, chosen = self._cells.decide(at)
         owner, rows = decides.copy(), np.flatnonzero(decides < 0)
         if len(rows):
-            found = self._by_samples(points[rows], distances[rows])
+            found = self._by_samples(at.some(rows))
             owner[rows], decides[rows], chosen[rows] = found
-        self._rounded.round(points, distances, owner, decides, chosen)
+        self._rounded.round(at, owner, decides, chosen)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
 
-    def _by_samples(self, points, distances) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The face (n,) of the nearest sample of points (n, 3) at distances (n, f) from all faces,
-        length, the face (n,) that decides, and its distance, normal and variance (n, 5).
+    def _by_samples(self, at: FacesAt) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The face (n,) of the sample nearest to each of n points, the face (n,) that decides, and
+        its distance, normal and variance (n, 5).
 
         At a sharp edge the distance is the largest of those of the faces that meet there in
         a convex edge, the smallest in a concave one.
         """
         count = min(16, len(self._labelled))
-        away, near = self._tree.query(points, k=count)
-        away = away.reshape(len(points), count)
-        near = self._labelled[near.reshape(len(points), count)]
-        columns = _by_face(self.trees, points, self._of[near])
+        away, near = self._tree.query(at.points, k=count)
+        away = away.reshape(len(at.points), count)
+        near = self._labelled[near.reshape(len(at.points), count)]
+        columns = _by_face(at, self._of[near])
         owner = self._of_walls(columns, away, self._of[near])
-        chosen = columns[owner, np.arange(len(points))]
-        self._rims.move(points, away, owner, chosen)
-        decides = self._sharp.cut(points, distances, away, owner, chosen)
-        doubted, _ = self._cells.settle(points, distances, away[:, 0], owner, decides, chosen)
+        chosen = columns[owner, np.arange(len(owner))]
+        self._rims.move(at, away, owner, chosen)
+        decides = self._sharp.cut(at, away, owner, chosen)
+        doubted, _ = self._cells.settle(at, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
 
@@ -203,15 +203,15 @@ def face_values(faces: Faces, points) -> FaceValues:
     return FaceField(faces).at(frozen_array(points, (None, 3), "points"))
 
 
-def _by_face(trees: FaceTrees, points, of) -> np.ndarray:
-    """(f, n, 5) distance, normal and variance of each face at each point (n, 3); NaN where no
+def _by_face(at: FacesAt, of) -> np.ndarray:
+    """(f, n, 5) distance, normal and variance of each face at each of n points; NaN where no
     sample of its surface is among the nearest, which are of faces (n, k)."""
-    out = np.full((len(trees.faces), len(points), 5), np.nan)
-    of = trees.group_numbers[of]
-    for number, group in enumerate(trees.groups):
+    out = np.full((len(at.trees.faces), len(at.points), 5), np.nan)
+    of = at.trees.group_numbers[of]
+    for number, group in enumerate(at.trees.groups):
         rows = np.flatnonzero((of == number).any(axis=1))
         if len(rows):
-            values = trees.values(group[0], points[rows])
+            values = at.values(group[0], rows)
             for face in group:
                 out[face, rows] = values
     return out

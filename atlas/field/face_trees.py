@@ -14,7 +14,7 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
-from touchatlas.atlas.surfaces.free_form import FreeFormSurface
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface, Mean
 
 
 class FaceTrees:
@@ -77,16 +77,23 @@ class FaceTrees:
         return self.faces.faces[number].pieces[0].at(points)[0]
 
     def all_distances(self, points) -> np.ndarray:
-        """(n, f) signed distances of points (n, 3) from all faces; from planes at once, and from
-        the faces of one surface as well."""
-        out = np.empty((len(points), len(self.faces)))
+        """(n, f) signed distances of points (n, 3) from all faces."""
+        return self.at(points).distances
+
+    def at(self, points) -> "FacesAt":
+        """What all faces say of points (n, 3): planes are asked at once, and a surface once for
+        all faces that it has."""
+        out, means = np.empty((len(points), len(self.faces))), {}
         middle, planes, normals, levels = self.planes
         out[:, planes] = (points - middle) @ normals.T + levels
         for group in self.groups:
             bent = [number for number in group if number not in planes]
-            if bent:
+            if bent and (surface := self.free_form(bent[0])) is not None:
+                means[group[0]] = surface.mean_at(points)
+                out[:, bent] = means[group[0]].values[:, :1]
+            elif bent:
                 out[:, bent] = self.distances(bent[0], points)[:, None]
-        return out
+        return FacesAt(self, points, out, means)
 
     @cached_property
     def groups(self) -> list[tuple[int, ...]]:
@@ -217,6 +224,53 @@ class FaceTrees:
         normals = np.concatenate([normals, found.values(loose)[:, 1:4]])
         points = np.concatenate([points, loose])
         return fit_free_form(points, normals, faces.std, self.radius, stds=every)
+
+
+class FacesAt:
+    """What all faces say of n points, each asked once.
+
+    Parameters
+    ----------
+    trees : FaceTrees
+    points : (n, 3) float, length
+    distances : (n, f) float, length
+        Signed, from all faces.
+    means : dict
+        Of each free-form surface, by the first of its faces, the mean of its sextics.
+    """
+
+    def __init__(self, trees: FaceTrees, points, distances, means: dict[int, Mean]) -> None:
+        self.trees, self.points, self.distances = trees, points, distances
+        self._means, self._rows = means, np.arange(len(points))
+        # By the first face of each surface, the points (n,) that were asked, and what it said.
+        self._found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._count = len(points)
+
+    def some(self, rows) -> "FacesAt":
+        """The same of some of the points (m,)."""
+        found = copy(self)
+        found.points, found.distances = self.points[rows], self.distances[rows]
+        found._rows = self._rows[rows]
+        return found
+
+    def values(self, number: int, rows) -> np.ndarray:
+        """(m, 5) distance, normal and variance of a face at some of the points (m,)."""
+        first = self.trees.first_of(number)
+        if first not in self._found:
+            self._found[first] = np.zeros(self._count, bool), np.empty((self._count, 5))
+        known, found = self._found[first]
+        own = self._rows[rows]
+        new = ~known[own]
+        if new.any():
+            found[own[new]] = self._values(first, own[new], self.points[rows][new])
+            known[own] = True
+        return np.asarray(found[own])
+
+    def _values(self, number: int, own, points) -> np.ndarray:
+        """(m, 5) the same, of points (m, 3) with places (m,) among all that are asked."""
+        if (surface := self.trees.free_form(number)) is None:
+            return self.trees.values(number, points)
+        return surface.values_of(self._means[number].some(own), points)
 
 
 def curve_tree(edge: FaceEdge) -> cKDTree:

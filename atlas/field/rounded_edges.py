@@ -5,7 +5,7 @@ import numpy as np
 from touchatlas.atlas.edges.rolling_ball import radius_slope, rounded_corner, rounded_edge
 from touchatlas.atlas.faces.face_corners import FaceCorner
 from touchatlas.atlas.faces.faces import FaceEdge
-from touchatlas.atlas.field.face_trees import FaceTrees
+from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.labels.labels import NONE
 
 # A blunt edge or corner, its faces, rows of points, and which faces end an edge in edges of the
@@ -38,21 +38,21 @@ class RoundedEdges:
         ]
         self._corners = [(one, np.isin(ids, one.faces)) for one in trees.faces.corners]
 
-    def round(self, points, distances, owner, decides, chosen) -> None:
-        """Change the distances and normals (n, 5) that were chosen at points (n, 3) to those of
-        balls, where these take more of a convex edge or corner away, or fill more of a concave one.
-        The points are at distances (n, f) from all faces, of faces ``owner`` (n,), and cut by faces
-        ``decides`` (n,), which change where a face ends an edge."""
-        asked = self._asked(distances, owner, decides)
-        values = self._values(points, asked)
+    def round(self, at: FacesAt, owner, decides, chosen) -> None:
+        """Change the distances and normals (n, 5) that were chosen at n points to those of balls,
+        where these take more of a convex edge or corner away, or fill more of a concave one. The
+        points are of faces ``owner`` (n,), and cut by faces ``decides`` (n,), which change where a
+        face ends an edge."""
+        asked = self._asked(at.distances, owner, decides)
+        values = self._values(at, asked)
         for part, faces, rows, other in asked:
             here = np.stack([values[k][rows] for k in faces], axis=1)
             if isinstance(part, FaceCorner):
-                self._raise_to_corner(part, here, points, rows, chosen)
+                self._raise_to_corner(part, here, at.points, rows, chosen)
                 continue
             ends, inner = np.flatnonzero(other), ~other[owner[rows]]
-            self._raise_to_edge(part, here[inner], points, rows[inner], ends, distances, chosen)
-            taken = here[~inner], points, rows[~inner], distances, owner, decides, chosen
+            self._raise_to_edge(part, here[inner], at, rows[inner], ends, chosen)
+            taken = here[~inner], at, rows[~inner], owner, decides, chosen
             self._end_edge(part, *taken)
 
     def _asked(self, distances, owner, decides) -> list[_Asked]:
@@ -68,17 +68,16 @@ class RoundedEdges:
             out.append((corner, corner.faces, rows[own[owner[rows]]], own))
         return [one for one in out if len(one[2])]
 
-    def _values(self, points, asked) -> dict[int, np.ndarray]:
-        """What each face says of the points (n, 3), an array (n, 5), in those rows that are
-        asked."""
+    def _values(self, at: FacesAt, asked) -> dict[int, np.ndarray]:
+        """What each face says of n points, an array (n, 5), in those rows that are asked."""
         out = {}
         for face in {k for _, faces, *_ in asked for k in faces}:
             rows = np.unique(np.concatenate([rows for _, faces, rows, _ in asked if face in faces]))
-            out[face] = np.empty((len(points), 5))
-            out[face][rows] = self._trees.values(face, points[rows])
+            out[face] = np.empty((len(at.points), 5))
+            out[face][rows] = at.values(face, rows)
         return out
 
-    def _raise_to_edge(self, edge: FaceEdge, values, points, rows, ends, distances, chosen) -> None:
+    def _raise_to_edge(self, edge: FaceEdge, values, at: FacesAt, rows, ends, chosen) -> None:
         """Change what was chosen for ``rows`` (m,) to the ball of a blunt edge, of whose faces the
         values (m, 2, 5) are given, up to the faces that end it in edges of the other sign."""
         sign, pair = edge.kind.sign, edge.kind.sign * values[..., 0]
@@ -86,37 +85,37 @@ class RoundedEdges:
         higher = (weights.min(axis=1) > 0.0) & (found > sign * chosen[rows, 0])
         # Where the face that is farther out was left out, the edge is not there; but for rounding.
         higher &= sign * chosen[rows, 0] >= pair.max(axis=1) - 1e-6 * edge.radius
-        higher = self._believed(_pair(edge), found, points[rows], higher)
+        higher = self._believed(_pair(edge), found, at.points[rows], higher)
         before, rows = sign * chosen[rows[higher], 0], rows[higher]
         chosen[rows] = _on_ball(edge, found[higher], weights[higher], values[higher])
         for face in ends:
-            level = sign * distances[rows, face]
+            level = sign * at.distances[rows, face]
             lower = np.flatnonzero((level < sign * chosen[rows, 0]) & (level > before))
-            mine = rows[lower[self._is_beside(face, edge, points[rows[lower]])]]
-            chosen[mine] = self._trees.values(face, points[mine])
+            mine = rows[lower[self._is_beside(face, edge, at.points[rows[lower]])]]
+            chosen[mine] = at.values(face, mine)
 
     def _is_beside(self, face: int, edge: FaceEdge, points) -> np.ndarray:
         """(m,) whether a face has samples about as near to points (m, 3) as those of an edge."""
         away = np.stack([self._trees.away(k, points) for k in _pair(edge)])
         return np.asarray(self._trees.away(face, points) < 2.0 * away.min(axis=0))
 
-    def _end_edge(self, edge: FaceEdge, values, points, rows, distances, owner, decides, chosen):
+    def _end_edge(self, edge: FaceEdge, values, at: FacesAt, rows, owner, decides, chosen):
         """Change what was chosen for ``rows`` (m,) of faces that end a blunt edge in edges of the
         other sign, as the ground ends the rounded edges of a block, and the top those of a pocket:
         one of the ball and that face decides, whatever its two faces say."""
         sign, (found, weights) = edge.kind.sign, _ball(edge, values)
-        there = self._believed(_pair(edge), found, points[rows], weights.min(axis=1) > 0.0)
+        there = self._believed(_pair(edge), found, at.points[rows], weights.min(axis=1) > 0.0)
         rows, found, weights, values = rows[there], found[there], weights[there], values[there]
         # What that face decided another ball may have changed already.
         its_own = decides[rows] == owner[rows]
-        level = sign * np.where(its_own, chosen[rows, 0], distances[rows, owner[rows]])
+        level = sign * np.where(its_own, chosen[rows, 0], at.distances[rows, owner[rows]])
         ball = found <= level
         chosen[rows[ball]] = _on_ball(edge, found[ball], weights[ball], values[ball])
         rest = rows[~ball & ~its_own]
         decides[rest] = owner[rest]
         for face in np.unique(owner[rest]).tolist():
             mine = rest[owner[rest] == face]
-            chosen[mine] = self._trees.values(face, points[mine])
+            chosen[mine] = at.values(face, mine)
 
     def _raise_to_corner(self, corner: FaceCorner, values, points, rows, chosen) -> None:
         """Change what was chosen for ``rows`` (m,) to the ball of a corner, of whose faces the

@@ -4,7 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.edges.edge_curves import rim_distances
-from touchatlas.atlas.field.face_trees import FaceTrees, curve_tree
+from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees, curve_tree
 
 
 class SmoothRims:
@@ -25,12 +25,12 @@ class SmoothRims:
             and not (trees.is_free_form(edge.first) or trees.is_free_form(edge.second))
         ]
 
-    def move(self, points, away, owner, chosen) -> None:
-        """Give points (n, 3) beside rims to the face of their side.
+    def move(self, at: FacesAt, away, owner, chosen) -> None:
+        """Give n points beside rims to the face of their side.
 
         Parameters
         ----------
-        points : (n, 3) float, length
+        at : FacesAt
         away : (n, k) float, length
             Distances of the nearest samples.
         owner : (n,) int
@@ -43,23 +43,23 @@ class SmoothRims:
             rows = np.flatnonzero((owner == pair[0]) | (owner == pair[1]))
             limit = np.maximum(3.0 * away[rows, 0], away[rows, -1])
             # Curves end where contours do: it is asked a little farther than points are moved.
-            near = curve.query(points[rows])[0] < 2.0 * limit
+            near = curve.query(at.points[rows])[0] < 2.0 * limit
             rows, limit = rows[near], limit[near]
-            apart = [self._trees.away(k, points[rows]) for k in pair]
+            apart = [self._trees.away(k, at.points[rows]) for k in pair]
             rows, limit = (x[np.maximum(*apart) < limit] for x in (rows, limit))
             if not len(rows):
                 continue
             samples = self._trees.faces.points
-            first, second = (self._mean_near(samples, k, points[rows]) for k in pair)
+            first, second = (self._mean_near(samples, k, at.points[rows]) for k in pair)
             toward = first - second
             pieces = [self._faces[k].pieces[0] for k in pair]
-            across = rim_distances(pieces[0], pieces[1], points[rows], toward)
+            across = rim_distances(pieces[0], pieces[1], at.points[rows], toward)
             own = np.where(across > 0.0, *pair)
             for k in pair:
                 moved = rows[(own == k) & (owner[rows] != k) & (np.abs(across) < limit)]
-                values = self._trees.values(k, points[moved])
+                values = at.values(k, moved)
                 # Inside of a plate the far side of a cylinder that rounds its rim is no surface.
-                normals = self._mean_near(self._trees.faces.normals, k, points[moved])
+                normals = self._mean_near(self._trees.faces.normals, k, at.points[moved])
                 faces = (values[:, 1:4] * normals).sum(axis=1) > 0.0
                 chosen[moved[faces]], owner[moved[faces]] = values[faces], k
 

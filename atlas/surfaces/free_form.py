@@ -23,7 +23,7 @@ _SLIGHT = 1e-50
 
 
 @dataclass(frozen=True, eq=False)
-class _Mean:
+class Mean:
     """What sextics say of n points together.
 
     Parameters
@@ -49,12 +49,16 @@ class _Mean:
     alone: np.ndarray
     faces: np.ndarray
 
-    def replaced(self, rows, other: "_Mean", some) -> "_Mean":
+    def some(self, rows) -> "Mean":
+        """The same of some of the points (k,)."""
+        return Mean(*(column[rows] for column in vars(self).values()))
+
+    def replaced(self, rows, other: "Mean", some) -> "Mean":
         """The same with ``some`` (k,) of another one at its points, which are ``rows`` (k,)."""
         columns = [column.copy() for column in vars(self).values()]
         for column, its in zip(columns, vars(other).values(), strict=True):
             column[rows] = its[some]
-        return _Mean(*columns)
+        return Mean(*columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +94,7 @@ class _Evaluated:
         which, *others = (column[own] for column in vars(self).values())
         return _Evaluated(np.searchsorted(rows, which), *others)
 
-    def mean(self, sides, others=None) -> _Mean:
+    def mean(self, sides, others=None) -> Mean:
         """The mean of the sextics that face as ``sides`` (n, 3) do at each of n points, by weights
         that fall with the distance and the angle to their normals. Where ``others`` (n, 3) are
         given, sextics that rather face as these do are left out."""
@@ -98,7 +102,7 @@ class _Evaluated:
         first = np.searchsorted(which, np.arange(count + 1))
         if not count:
             none = np.empty(0)
-            return _Mean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
+            return Mean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
         side = sides.take(which, axis=0)
         folded = np.einsum("ij,ij->i", self.found[:, 1:4], side) <= 0.0
         cosine = np.einsum("ij,ij->i", self.upward, side)
@@ -114,7 +118,7 @@ class _Evaluated:
         length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
         mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
         faces = (~folded & (turned > _SLIGHT))[lead]
-        return _Mean(mean, self.number[lead], self.stretch[lead], spread, alone, faces)
+        return Mean(mean, self.number[lead], self.stretch[lead], spread, alone, faces)
 
 
 def _spread(share, off, starts) -> tuple[np.ndarray, np.ndarray]:
@@ -175,7 +179,10 @@ class FreeFormSurface:
         of a shape that no sextic has. At an edge or a tip that no contour met sextics differ, and
         on a rough surface all of them leave the same out.
         """
-        mean = self._mean_at(points)
+        return self.values_of(self.mean_at(points), points)
+
+    def values_of(self, mean: Mean, points) -> np.ndarray:
+        """(n, 5) the same, from the mean of the sextics at points (n, 3)."""
         found = np.column_stack([mean.values, self._variance(mean, points)])
         if self.stds is not None:
             normals = found[:, 1:4]
@@ -184,9 +191,14 @@ class FreeFormSurface:
             found[:, 4] += variance
         return found
 
+    def mean_at(self, points) -> Mean:
+        """What sextics say of points (n, 3) together: those of the nearer side of a wall, cut by
+        the other side of a sharp edge."""
+        return self._mean_of(self._evaluated(points), points)
+
     def at(self, points) -> np.ndarray:
         """(n, 4) distance and normal of the sextics alone at points (n, 3)."""
-        return self._mean_at(points).values
+        return self.mean_at(points).values
 
     @cached_property
     def at_samples(self) -> np.ndarray:
@@ -219,7 +231,7 @@ class FreeFormSurface:
 
     def leading(self, points) -> np.ndarray:
         """(n,) the sextic that weighs most at each of points (n, 3)."""
-        return self._mean_at(points).number
+        return self.mean_at(points).number
 
     def reaching(self, points) -> np.ndarray:
         """(m,) the sextics that reach some of points (n, 3) and face as samples do there."""
@@ -241,16 +253,11 @@ class FreeFormSurface:
         """Largest radius of a sextic, length."""
         return float(self.sextics.radii.max())
 
-    def _variance(self, mean: _Mean, points) -> np.ndarray:
+    def _variance(self, mean: Mean, points) -> np.ndarray:
         """(n,) variance, length^2, of what sextics say together of points (n, 3)."""
         return self.sextics.variances(mean.number, points) * mean.stretch**2 + mean.spread
 
-    def _mean_at(self, points) -> _Mean:
-        """What sextics say of points (n, 3) together: those of the nearer side of a wall, cut by
-        the other side of a sharp edge."""
-        return self._mean_of(self._evaluated(points), points)
-
-    def _mean_of(self, evaluated: _Evaluated, points) -> _Mean:
+    def _mean_of(self, evaluated: _Evaluated, points) -> Mean:
         """The same, where each sextic is evaluated."""
         first, second, rows = self._sides(points)
         mean = evaluated.mean(first)
@@ -264,7 +271,7 @@ class FreeFormSurface:
             mean = mean.replaced(rows[nearer], other, nearer)
         return self._cut(mean, evaluated, points, first) if len(self.pairs) else mean
 
-    def _cut(self, mean: _Mean, evaluated: _Evaluated, points, sides) -> _Mean:
+    def _cut(self, mean: Mean, evaluated: _Evaluated, points, sides) -> Mean:
         """What is said of points (n, 3) up to a radius beside sharp turns, with the normals
         ``sides`` (n, 3) of the nearest samples. The sextics of the own side of a turn have a point
         up to the other side: at a convex edge the distance is the larger one of both, at a concave
