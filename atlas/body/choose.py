@@ -1,5 +1,6 @@
 """KnownBody: the body that samples show, one face or many, by the shorter description."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -9,6 +10,7 @@ from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import determined
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.read_faces import faces_of_labels, faces_of_samples, samples_of
+from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
@@ -20,7 +22,7 @@ from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
 from touchatlas.atlas.relabel.moves import find_roundings
 from touchatlas.atlas.samples.sample_pool import SamplePool
-from touchatlas.patch.geometry.kinks import kinks
+from touchatlas.patch.geometry.kinks import SIDE, kinks
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,15 +195,17 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
 
 def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = FaceOptions()) -> bool:
     """Whether enough of the contours run over a sharp edge, or have a sample (n,) that is the last
-    before one."""
+    before one; or none has as many samples as tell: single points show no edge, and may have
+    some."""
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    spans = [(a, b) for a, b in itertools.pairwise(bounds.tolist()) if samples.planes[a].any()]
     edges = [
         bool(ends_at_edge[a:b].any())
         or len(kinks(samples.points[a:b], samples.planes[a], samples.stds[a])) > 0
-        for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
-        if samples.planes[a].any()
+        for a, b in spans
     ]
-    return bool(edges) and sum(edges) >= options.kinked * len(edges)
+    told = sum(one or b - a > 2 * SIDE for (a, b), one in zip(spans, edges, strict=True))
+    return bool(edges) and sum(edges) >= options.kinked * told
 
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
@@ -213,4 +217,8 @@ def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
 def body_of_faces(faces: Faces, samples: ContourSamples) -> Body | None:
     """The body of those faces that contours determine; None where these are one or none."""
     known = determined(faces, samples)
-    return Body(known, samples) if len(known) > 1 else None
+    if len(known) < 2:
+        return None
+    body = Body(known, samples)
+    # A ball rounds an edge by its own radius, whether a contour crossed it or not.
+    return Body(with_uncrossed_edges(body), samples) if samples.tip > 0.0 else body

@@ -137,7 +137,7 @@ def growths(
     evidence: Evidence, seeds, left, most: Kind = Kind.QUARTIC, inside=None
 ) -> list[Growth]:
     """Growths at seeds that lie in the interior of none before; of these the one that saves most of
-    what is not explained yet, until none is worth its parameters (lazy greedy: Minoux 1978).
+    what is not explained yet, until none is worth its parameters.
 
     Parameters
     ----------
@@ -158,6 +158,26 @@ def growths(
             if growth is not None and growth.gain > 0.0:
                 found.append(growth)
                 covered[evidence.graph.interior(growth.members)] = True
+    return _worth_most(evidence, found, left)
+
+
+def planes_from(evidence: Evidence, starts, left) -> list[Growth]:
+    """The planes that grow from samples to start with, a list of (m,) int, chosen as in
+    ``growths``. A start that one before explains is left out."""
+    covered, found = np.zeros(len(left), bool), []
+    for start in starts:
+        if covered[start].all():
+            continue
+        growth = _grow(evidence, start, Kind.PLANE, None)
+        if growth is not None and growth.gain > 0.0:
+            found.append(growth)
+            covered[growth.members] = True
+    return _worth_most(evidence, found, left)
+
+
+def _worth_most(evidence: Evidence, found: list[Growth], left) -> list[Growth]:
+    """Of growths the one that saves most of what is left (n,), until none is worth its parameters
+    (lazy greedy: Minoux 1978)."""
     price = np.array([evidence.price(g.piece.kind, len(g.members)) for g in found])
     saves = np.array([g.saved.sum() for g in found])
     left, chosen = left.copy(), []

@@ -3,12 +3,13 @@
 import numpy as np
 
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.labels.grow import Evidence, growths
+from touchatlas.atlas.labels.grow import Evidence, growths, planes_from
 from touchatlas.atlas.labels.labels import Labels
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.recall import Recall
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.labels.scan_lines import pairs_of_runs
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.relabel.moves import (
     drop,
@@ -43,10 +44,14 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
 
 
 def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
-    """Labels by growths from the seeds of samples."""
+    """Labels by growths from the seeds of samples, and from straight runs of what these leave."""
     labels = Labels(Evidence(samples, SampleGraph(samples), options))
-    best = np.full(len(samples), -np.inf)
-    for growth in growths(labels.evidence, seeds_of(samples), np.ones(len(samples), bool)):
+    best, left = np.full(len(samples), -np.inf), np.ones(len(samples), bool)
+    found = growths(labels.evidence, seeds_of(samples), left)
+    for growth in found:
+        left[growth.members] = False
+    found += planes_from(labels.evidence, pairs_of_runs(samples, left), left)
+    for growth in found:
         better = growth.saved > best[growth.members]
         best[growth.members[better]] = growth.saved[better]
         labels.add(growth.piece, growth.members[better])

@@ -16,8 +16,9 @@ from touchatlas.atlas.edges.blunt_edges import (
     needless_labels,
     rounding_nats,
 )
-from touchatlas.atlas.labels.grow import Evidence, evenly, growths
+from touchatlas.atlas.labels.grow import Evidence, Growth, evenly, growths, planes_from
 from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
+from touchatlas.atlas.labels.scan_lines import pairs_of_runs
 from touchatlas.atlas.pieces.kinds import LABEL_KINDS, SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.piece import Piece
 
@@ -205,15 +206,24 @@ def split(labels: Labels) -> int:
 
 def grow(labels: Labels) -> int:
     """New labels that grow from unexplained samples that hang together, where these are densest
-    first; returns how many."""
+    first, and from straight runs of what is left; returns how many."""
     found, loose = 0, (labels.of == NONE) & ~labels.rounded
     for cluster in _clusters(labels, loose):
         seeds = cluster[:: max(1, _A_SEED // 2)][: 2 + len(cluster) // _A_SEED]
-        for growth in growths(labels.evidence, seeds, loose):
-            free = growth.members[labels.of[growth.members] == NONE]
-            if len(free) >= growth.piece.kind.parameters + 4:
-                found += attempt(labels, free, [growth.piece])
-    return found
+        found += _grown(labels, growths(labels.evidence, seeds, loose))
+    left = (labels.of == NONE) & ~labels.rounded
+    starts = pairs_of_runs(labels.evidence.samples, left)
+    return found + _grown(labels, planes_from(labels.evidence, starts, left))
+
+
+def _grown(labels: Labels, found: list[Growth]) -> int:
+    """How many of growths become labels of the samples that have none."""
+    done = 0
+    for growth in found:
+        free = growth.members[labels.of[growth.members] == NONE]
+        if len(free) >= growth.piece.kind.parameters + 4:
+            done += attempt(labels, free, [growth.piece])
+    return done
 
 
 def _clusters(labels: Labels, loose) -> Iterator[np.ndarray]:
