@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.patch.geometry.kinks import SIDE
 
 # Least number of samples of a straight run: two are always straight.
 _LEAST = 3
@@ -16,8 +17,8 @@ _PAIRED = 6
 
 def pairs_of_runs(samples: ContourSamples, left) -> list[np.ndarray]:
     """Pairs of straight runs of two contours near each other, as samples (m,), ascending: two that
-    lie on a plane determine it. A few samples a side are enough, where those that are next to each
-    other are too far apart to be of one side.
+    lie on a plane determine it. Asked are contours of few samples, where those that are next to
+    each other may be of two sides.
 
     Parameters
     ----------
@@ -59,7 +60,9 @@ def straight_runs(samples: ContourSamples, some) -> list[np.ndarray]:
 
 
 def _contours(samples: ContourSamples, left) -> Iterator[np.ndarray]:
-    """Consecutive samples (k,) that are left, contour by contour; those of no curve are not."""
-    some = np.flatnonzero(left & samples.planes.any(axis=1))
+    """Consecutive samples (k,) that are left, contour by contour, of those that are too short to
+    show where they run over an edge; those of no curve are not."""
+    short = np.bincount(samples.contours)[samples.contours] <= 2 * SIDE
+    some = np.flatnonzero(left & short & samples.planes.any(axis=1))
     breaks = (np.diff(some) > 1) | (np.diff(samples.contours[some]) != 0)
     yield from np.split(some, np.flatnonzero(breaks) + 1)
