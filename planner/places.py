@@ -161,7 +161,7 @@ def places_of(atlas: Atlas, cube: float | None = None) -> Places:
     return Places(
         middles[within],
         normals[within],
-        drawn.deviation[faces].mean(axis=1)[within],
+        np.maximum(drawn.deviation[faces].mean(axis=1), body.misses(middles))[within],
         body.away(middles[within]),
         0.5 * double[within],
         middle[left],

@@ -58,7 +58,10 @@ class Body:
         # A contour oblique to its face has no normal to be labelled by, but may well lie on it.
         self._astray = faces.of == NONE
         left, sure = points[self._astray], samples.levels.sure * samples.stds[self._astray]
-        self._astray[self._astray] = np.abs(self.field.at(left).distance) > sure
+        off = np.abs(self.field.at(left).distance)
+        self._misses = np.zeros(len(points))
+        self._misses[self._astray] = np.where(off > sure, off, 0.0)
+        self._astray = self._misses > 0.0
 
     def with_surface(self, surface: FreeFormSurface) -> "Body":
         """The same body of one free-form face, with another surface of it."""
@@ -133,6 +136,11 @@ class Body:
     def away(self, points) -> np.ndarray:
         """(n,) distances of points (n, 3) from the nearest sample, length."""
         return np.asarray(self._tree.query(points)[0])
+
+    def misses(self, points) -> np.ndarray:
+        """(n,) by how much the surface misses the samples nearest to points (n, 3), length; 0 of
+        those that noise explains."""
+        return np.asarray(self._misses[self._tree.query(points)[1]])
 
     def follows(self, points) -> np.ndarray:
         """(n,) whether the surface follows the samples nearest to points (n, 3)."""

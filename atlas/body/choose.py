@@ -220,5 +220,8 @@ def body_of_faces(faces: Faces, samples: ContourSamples) -> Body | None:
     if len(known) < 2:
         return None
     body = Body(known, samples)
-    # A ball rounds an edge by its own radius, whether a contour crossed it or not.
-    return Body(with_uncrossed_edges(body), samples) if samples.tip > 0.0 else body
+    if not samples.tip > 0.0:
+        return body
+    # A ball rounds a sharp edge by its own radius, whether a contour crossed it or not; of an edge
+    # that is rounded more, this would explain no sample.
+    return min(body, Body(with_uncrossed_edges(body), samples), key=description_length)
