@@ -5,6 +5,7 @@ from dataclasses import replace
 import igl
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
@@ -220,3 +221,24 @@ def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(
     for reason, share in (StopReason.STAGNATION, open_), (StopReason.KNOWN, 1.0):
         planner.stop = Stop(reason, Forecast(0.0, up), np.zeros((0, 3)))
         assert planner.forecast(atlas).predicted_coverage == pytest.approx(share)
+
+
+def test_what_samples_contradict_is_not_known():
+    """A bump on a face of a cube that one contour met: the plane misses its samples by its height,
+    and the places whose nearest sample is one of these are no surer; five deviations of noise."""
+    cube, height = make_object("cube"), 5.0 * TOLERANCE
+    touches = spread_touches(cube, 14)
+    first, *others = touches[-1].contours
+    points, k = first.points.copy(), len(first.points) // 3
+    axis = np.abs(points[k]).argmax()
+    points[k - 1 : k + 2, axis] += height * np.sign(points[k, axis])
+    bump = replace(touches[-1], contours=(replace(first, points=points), *others))
+    atlas = learned([*touches[:-1], bump], cube.tolerance)
+    assert {face.kind for face in atlas.faces().faces} == {"plane"}
+    found, samples = places_of(atlas), atlas.pool.points
+    nearest = samples[cKDTree(samples).query(found.points)[1]]
+    # Samples are moved into their plane, by less than the step between them.
+    about = cKDTree(points[k - 1 : k + 2]).query(nearest)[0] < TOLERANCE
+    assert about.any() and not about.all()
+    assert (found.deviation[about] > height - 5.0 * cube.noise_std).all()
+    assert np.median(found.deviation[~about]) < cube.noise_std
