@@ -1,6 +1,6 @@
 """A plan carried out by a machine that triggers: single points in place of tracked curves."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -109,8 +109,7 @@ def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions
     """Centres (k, 3) of the points of an arm, and why it ended; the tip is then above the contact
     again, on the way that it came. It ends where it comes to points (m, 3) of the ``other`` arm,
     around the body, or to known surface."""
-    whole, most = plan.reach / options.points, 2.0 * options.turn
-    hops, end, step = [first], ContourEnd.LENGTH_REACHED, whole
+    hops, end, step = [first], ContourEnd.LENGTH_REACHED, plan.reach / options.points
     air = [first.lifted(options.retract)]
     trigger.move(air[0][None])
     while len(hops) <= options.points:
@@ -123,10 +122,7 @@ def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions
         if found is None:
             end = ContourEnd.TURNED_AWAY
             break
-        hop = _with_direction(hops, found, most)
-        # Beyond an edge there may be a narrow side: steps begin small again, and double.
-        ahead_of, step = step, whole / 4.0 if abs(hop.bend) >= most else min(whole, 2.0 * step)
-        hops.append(replace(hop, bend=hop.bend * step / ahead_of))
+        hops.append(_with_direction(hops, found, 2.0 * options.turn))
         if hops[-1].along @ first.along < np.cos(plan.max_turn):
             end = ContourEnd.TURNED_AWAY
             break
