@@ -53,6 +53,10 @@ def regions(
         Of the surface, length; that of the run by default.
     """
     folder = run / "regions" if out is None else out
+    if folder.resolve() == run.resolve():
+        raise ValueError(
+            f"{folder} is the run itself, whose atlas would be lost; give another --out"
+        )
     with shown("reading the touches") as watcher:
         own, options, scale = options_of_run(run)
         wanted = own if tolerance is None else tolerance

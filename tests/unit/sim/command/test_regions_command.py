@@ -39,6 +39,7 @@ def test_regions_of_a_run_become_one_atlas_as_sure_as_its_own(run):
         (("a", "--most", "0"), "most is 0; a region has one touch or more"),
         (("a", "--overlap", "-1"), "overlap is -1.0; it must be a length >= 0"),
         (("a", "--tolerance", "nan"), "tolerance is nan"),
+        (("a", "--out", "a"), "a is the run itself, whose atlas would be lost; give another --out"),
     ],
 )
 def test_regions_refuses_what_it_cannot_do(run, arguments, words):
