@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas
+from touchatlas.atlas.check.doubt import count_of
 from touchatlas.atlas.records.options import AtlasOptions, Levels
 from touchatlas.atlas.regions import (
     Region,
@@ -101,7 +102,11 @@ def learn_by_regions(
     make_out_folder(folder)
     with locked(folder):
         study = Study("regions", COLUMNS, measure_region, "ended", timed=("seconds",))
-        return joined([_part(folder, row) for row in run(study, cells, folder, watch, work, say)])
+        rows = run(study, cells, folder, watch, work, say)
+        parts = [_part(folder, row) for row in rows]
+    if refused := sum(int(row["refused"]) for row in rows):
+        say(f"{count_of(refused, 'touch', 'touches')} taught nothing; see {folder / 'regions.csv'}")
+    return joined(parts)
 
 
 def options_of_run(folder) -> tuple[float, AtlasOptions, float | None]:
