@@ -15,6 +15,7 @@ from touchatlas.sim.command.option_flags import Whole, Work
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.ply import ply_bytes, stored
+from touchatlas.sim.folder.run_folder import read_settings, write_settings
 from touchatlas.sim.study.regions import learn_by_regions, options_of_run
 from touchatlas.sim.study.workers import WorkOptions
 
@@ -66,6 +67,8 @@ def regions(
         watcher.begins("finishing the atlas")
         atlas.finish()
         save_atlas(folder / "atlas.npz", atlas)
+        # Tolerance and unit, and which truth there is, for the commands that come after.
+        write_settings(folder, read_settings(run) | {"tolerance": atlas.tolerance})
         watcher.begins("extracting the surface")
         surface = stored(extract_surface(atlas), atlas.tolerance)
         write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))

@@ -141,6 +141,9 @@ def run(
     came, nor on who gave them. A cell that is not done has one row, which says why. ``watch`` is
     called with the number of cells done and of all.
     """
+    # What a kind of table lacks is said before anything is measured.
+    for file in dict.fromkeys(cell.file for cell in cells):
+        table_bytes(file, study.columns, [])
     with Ledger(folder) as ledger:
         try:
             measure_cells(ledger, study.measure, cells, watch, work, say)

@@ -32,6 +32,8 @@ CLUSTERS = {
     },
     "k8s": ("dask_kubernetes.operator", "KubeCluster"),
 }
+# Longest time, s, in which a scheduler has to answer.
+_ANSWERS = 20.0
 _SETTINGS = {
     # Each task is a process's work of its own; profiles of threads that wait tell nothing.
     "distributed.worker.profile.enabled": False,
@@ -128,7 +130,7 @@ def workers(
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with dask.config.set(_SETTINGS), ExitStack() as stack:
         if "://" in options.cluster:
-            client = _client_of(Client, options.cluster)
+            client = _client_of(Client, options.cluster, min(_ANSWERS, options.wait))
             stack.callback(client.close)
         else:
             cluster = _own(options, cells) if not options.cluster else _named(options)
@@ -169,10 +171,10 @@ def _named(options: WorkOptions):
     return cluster
 
 
-def _client_of(client: type, address: str) -> "Client":
-    """A client of a scheduler at an address. OSError where there is none."""
+def _client_of(client: type, address: str, seconds: float) -> "Client":
+    """A client of a scheduler at an address. OSError where none answers in so many seconds."""
     try:
-        return client(address, timeout=20, set_as_default=False)
+        return client(address, timeout=seconds, set_as_default=False)
     except (OSError, ValueError) as error:
         words = str(error).partition("\n")[0]
         raise OSError(

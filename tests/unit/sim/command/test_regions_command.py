@@ -30,6 +30,8 @@ def test_regions_of_a_run_become_one_atlas_as_sure_as_its_own(run):
     vertices = trimesh.load(run / "a" / "regions" / "surface.ply").vertices
     assert abs(whole.blend(vertices).distance).max() < 0.25 * whole.tolerance
     assert touchatlas(*asked, cwd=run).stdout == done.stdout
+    judged = touchatlas("evaluate", "a/regions", "--json", cwd=run)
+    assert json.loads(judged.stdout)["met"] and json.loads(judged.stdout)["unit"] == "mm"
 
 
 @pytest.mark.parametrize(
