@@ -195,8 +195,8 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
 
 def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = FaceOptions()) -> bool:
     """Whether enough of the contours run over a sharp edge, or have a sample (n,) that is the last
-    before one; or none has as many samples as tell: single points show no edge, and may have
-    some."""
+    before one. Contours too short to show a kink do not speak against edges; where all are, as
+    those of single points, there may be some."""
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
     spans = [(a, b) for a, b in itertools.pairwise(bounds.tolist()) if samples.planes[a].any()]
     edges = [

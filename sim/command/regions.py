@@ -67,7 +67,7 @@ def regions(
         watcher.begins("finishing the atlas")
         atlas.finish()
         save_atlas(folder / "atlas.npz", atlas)
-        # Tolerance and unit, and which truth there is, for the commands that come after.
+        # Its tolerance, unit and truth, which export and evaluate read.
         write_settings(folder, read_settings(run) | {"tolerance": atlas.tolerance})
         watcher.begins("extracting the surface")
         surface = stored(extract_surface(atlas), atlas.tolerance)
