@@ -18,6 +18,8 @@ _LEAST_IN_PLANE = 0.3
 # Difference for slopes of monomials, in scales. Doubled, the error of a central difference is four
 # times 1e-8.
 _DIFFERENCE = 1e-4
+# Along a line their F has degree two.
+_OF_DEGREE_TWO = (Kind.SPHERE, Kind.CYLINDER, Kind.QUADRIC)
 _TINY = float(np.finfo(float).tiny)
 
 
@@ -50,14 +52,19 @@ class Piece:
     def _to_local(self) -> np.ndarray:
         return self.axes.T / self.scale
 
+    @cached_property
+    def _hessian(self) -> np.ndarray:
+        return hessians(self.kind, self.coefficients, np.zeros((1, 3)))[0]
+
     def scaled(self, points) -> np.ndarray:
         """(n, 3) local coordinates of points (n, 3), over the scale."""
         return (points - self.origin) @ self._to_local
 
     def at(self, points) -> tuple[np.ndarray, np.ndarray]:
-        """First-order signed distance (n,), length, and outward unit normal (n, 3) at points
-        (n, 3): Taubin 1991."""
-        return self._first_order(points)[:2]
+        """Signed distance (n,), length, and outward unit normal (n, 3) at points (n, 3): along the
+        gradient of F, which is exact for spheres and cylinders, as tori are in closed form; of
+        quartics and sextics to first order (Taubin 1991)."""
+        return self._along_gradient(points)[:2]
 
     def predicted(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signed distance (n,), unit normal (n, 3) and variance of the distance (n,), length^2.
@@ -65,7 +72,7 @@ class Piece:
         The variance is infinite where the gradient of F is so small that the surface is about to
         cross itself.
         """
-        distance, normals, length, terms = self._first_order(points)
+        distance, normals, length, terms = self._along_gradient(points)
         used = terms[: self.kind.terms]
         variance = ((self.covariance @ used) * used).sum(axis=0) * (self.scale / length) ** 2
         # Rounding may leave a covariance with a tiny negative eigenvalue.
@@ -76,13 +83,17 @@ class Piece:
         """F (n,), its gradient (n, 3) and terms (s, n) at scaled local points (n, 3)."""
         return value_gradient_terms(self.kind, self.coefficients, scaled)
 
-    def _first_order(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def _along_gradient(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Signed distance (n,), unit normal (n, 3), length of the gradient (n,) and terms (s, n)
         at points (n, 3)."""
         value, gradient, terms = self._terms_at(self.scaled(points))
         length = _length_of(gradient)
-        normals = (gradient / length[:, None]) @ self.axes
-        return value * self.scale / length, normals, length, terms
+        normals, slope = gradient / length[:, None], length
+        if self.kind in _OF_DEGREE_TWO:
+            # F(x - t n) = F - t |∇F| + t² n·H n / 2 = 0 at t = 2 F / (|∇F| + √(|∇F|² - 2 F n·H n)).
+            bent = np.einsum("ij,ij->i", normals @ self._hessian, normals)
+            slope = 0.5 * (length + np.sqrt(np.maximum(length**2 - 2.0 * value * bent, 0.0)))
+        return value * self.scale / slope, normals @ self.axes, length, terms
 
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) P H P / |grad F|, 1/length, world, P the projection on the tangent plane: the

@@ -163,3 +163,17 @@ def test_a_linear_fit_gives_a_piece_of_flat_samples(kind):
     points, normals = drawn(Kind.PLANE, np.random.default_rng(6))
     piece = fit_piece(kind, points, normals, NOISE)
     assert piece is not None and np.abs(piece.at(points)[0]).max() < NOISE
+
+
+@pytest.mark.parametrize(("kind", "radius"), [(Kind.SPHERE, 9.0), (Kind.CYLINDER, 5.0)])
+def test_distances_of_spheres_and_cylinders_are_exact_far_from_them(kind, radius):
+    """By the closed forms |x| - r, and that across the axis y. To first order half of the radius
+    inside would be 0.75 of it away: the radii of fillets on round walls came out too large."""
+    rng = np.random.default_rng(0)
+    points, normals = LAWFUL[kind](*rng.uniform(-8.0, 8.0, (2, 400)))
+    piece = fit_piece(kind, points, normals, 1e-3)
+    far = rng.uniform(-20.0, 20.0, (500, 3))
+    across = far[:, ::2] if kind is Kind.CYLINDER else far
+    true = np.linalg.norm(across, axis=1) - radius
+    # The samples are exact; the priors of the fit move its coefficients by some 1e-8.
+    assert np.abs(piece.at(far)[0] - true).max() < 1e-5
