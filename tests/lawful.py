@@ -226,6 +226,19 @@ def _bend(bore: float = 0.0) -> trimesh.Trimesh:
     return mesh
 
 
+def _cup() -> trimesh.Trimesh:
+    """A cup of radius 20 and height 40, with a wall of 4, a round lip, and a bottom that goes over
+    into the wall by a radius of 8 outside and 4 inside, about one centre."""
+    turn = np.linspace(0.0, 0.5 * np.pi, 33)[:, None]
+    corner = np.array([12.0, 8.0]) + np.hstack([np.sin(turn), -np.cos(turn)])
+    around = np.concatenate([2.0 * turn, 2.0 * turn[1:] + np.pi])
+    lip = np.array([18.0, 40.0]) + 2.0 * np.hstack([np.cos(around), np.sin(around)])
+    bottom = np.array([12.0, 8.0])
+    parts = [[[0.0, 0.0]], bottom + 8.0 * (corner - bottom), lip[:33]]
+    parts += [(bottom + 4.0 * (corner - bottom))[::-1], [[0.0, 4.0]]]
+    return trimesh.creation.revolve(np.concatenate(parts), sections=256)
+
+
 def _pyramid() -> trimesh.Trimesh:
     base = 25.0 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     return trimesh.convex.convex_hull(np.concatenate([base, [[0.0, 0.0, 35.0]]]))
@@ -277,6 +290,7 @@ _MESHES = {
     "stadium": _stadium,
     "bend": _bend,
     "pipe": lambda: _bend(PIPE),
+    "cup": _cup,
     "pyramid": _pyramid,
     "wavy": _wavy_box,
 }

@@ -123,14 +123,33 @@ def valley_points(first: Piece, second: Piece, points, reach: float) -> CurvePoi
     return CurvePoints(at[good], deviation)
 
 
-def rim_distances(first: Piece, second: Piece, points, toward) -> np.ndarray:
+def across_rim(first: Piece, second: Piece, points, toward) -> np.ndarray:
+    """(m, 3) unit directions across the rim of two tangent pieces at points (m, 3) of it, on the
+    side of directions ``toward`` (m, 3)."""
+    return _turned(_strongest(first, second, points)[0], toward)
+
+
+def rim_distances(first: Piece, second: Piece, points, rim, across) -> np.ndarray:
     """(m,) distances of points (m, 3) from the rim of two tangent pieces, length: (n₁ - n₂)·e / κ,
-    with e on the side of directions ``toward`` (m, 3). The distance is positive on that side."""
-    at = mean_foot(first, second, points)
+    positive on the side of directions ``across`` (m, 3) at points ``rim`` (m, 3) of it.
+
+    Normals, e and κ are those of the rim abreast of a point, along its tangent: half-way round a
+    fillet the normals agree no more.
+    """
+    along = cross(first.at(rim)[1], across)
+    at = rim + ((points - rim) * along).sum(axis=1)[:, None] * along
+    at = mean_foot(first, second, at)
     direction, jump = _strongest(first, second, at)
-    direction = direction * np.where((direction * toward).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    direction = _turned(direction, across)
     difference = ((first.at(at)[1] - second.at(at)[1]) * direction).sum(axis=1)
-    return difference / np.where(np.abs(jump) > 0.0, jump, np.inf)
+    beyond = ((points - at) * direction).sum(axis=1)
+    return beyond + difference / np.where(np.abs(jump) > 0.0, jump, np.inf)
+
+
+def _turned(directions, toward) -> np.ndarray:
+    """Directions (m, 3), or their opposites, on the side of others (m, 3)."""
+    against = (directions * toward).sum(axis=1) < 0.0
+    return np.where(against[:, None], -directions, directions)
 
 
 def half_extent(samples, points, across, piece: Piece, width: float) -> float:

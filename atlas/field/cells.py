@@ -4,10 +4,12 @@ from functools import cache
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.field.alike_faces import alike_faces
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
-from touchatlas.atlas.field.rounded_edges import are_rounded
+from touchatlas.atlas.field.rounded_edges import are_rounded, ball_distances
+from touchatlas.atlas.field.smooth_rims import SmoothRims
 
 
 class Cells:
@@ -21,15 +23,20 @@ class Cells:
     them: three of the four parts beside an edge are one cell. A sample beside a blunt edge, where
     the rounding is on another side than the faces, has no vote.
 
+    At a smooth rim a face ends without an edge: the wall of a cup and the air above its round lip
+    are one cell, whose votes contradict each other. Such a cell has a label where the votes of one
+    side are much nearer, but for those of faces that end at a rim between them and the point.
+
     Parameters
     ----------
     trees : FaceTrees
     reach : float, length
         Distance from the samples of a face up to which it may bound another.
+    rims : SmoothRims
     """
 
-    def __init__(self, trees: FaceTrees, reach: float) -> None:
-        self._trees, faces = trees, trees.faces.faces
+    def __init__(self, trees: FaceTrees, reach: float, rims: SmoothRims) -> None:
+        self._trees, self._rims, faces = trees, rims, trees.faces.faces
         self._noise = trees.faces.levels.sure * np.array([face.deviation for face in faces])
         # Faces of one surface divide space once, as the largest of them does; some face the other
         # way.
@@ -42,6 +49,15 @@ class Cells:
         bits = np.random.default_rng(len(faces)).integers(1, 2**62, len(faces))
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
         self._ends = self._ends_of_faces()
+        # Blunt edges at which both faces end, and these as first faces of their surfaces.
+        every = self._ends[True] + self._ends[False]
+        blunt = [edge for edge in trees.faces.edges if edge.radius > 0.0]
+        pairs = [tuple(self._one[[edge.first, edge.second]].tolist()) for edge in blunt]
+        self._blunt = [
+            (edge, pair)
+            for edge, pair in zip(blunt, pairs, strict=True)
+            if pair in every and pair[::-1] in every
+        ]
         self._keys, self._labels, self._contested = self._votes(reach)
 
     @property
@@ -58,10 +74,10 @@ class Cells:
         """
         distances = self._of_surfaces(at.points, at.distances)
         outside, count = distances > 0.0, len(distances)
-        nearest = self._off(distances).argmin(axis=1)
-        label = self._label(self._key(outside))
+        nearest = np.lexsort((np.abs(distances), self._off(at, distances)))[:, 0]
+        label = self._label(self._key(outside), at.points)
         beyond = self._across(outside, np.arange(count), nearest[:, None])
-        shown = (label != 0.0) & (self._label(beyond) == -label)
+        shown = (label != 0.0) & (self._label(beyond, at.points) == -label)
         shown &= self._may_bound(distances[np.arange(count), nearest], nearest, label)
         decides, chosen = np.full(count, -1), np.zeros((count, 5))
         self._move(at, nearest, label, np.flatnonzero(shown), decides, chosen)
@@ -93,15 +109,15 @@ class Cells:
             nearer face votes may contradict each other, as between two levels without a riser.
         """
         distances = self._of_surfaces(at.points, at.distances)
-        outside, off = distances > 0.0, self._off(distances)
-        label, before = self._label(self._key(outside)), _side(chosen[:, 0])
+        outside, off = distances > 0.0, self._off(at, distances)
+        label, before = self._label(self._key(outside), at.points), _side(chosen[:, 0])
         shown, label = label != 0.0, np.where(label == 0.0, before, label)
         order = np.lexsort((np.abs(distances), off))[:, : min(6, np.count_nonzero(self._bits))]
         # On the face itself either side may be told: that of another face of its surface.
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
         decided = (order == self._one[decides][:, None]) & (shown | clear)[:, None]
-        refuted, confirmed = self._judged(outside, label, order, decided)
+        refuted, confirmed = self._judged(at.points, outside, label, order, decided)
         wrong |= refuted
         farthest = away + np.maximum(self._noise[owner], self._noise[decides])
         reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
@@ -109,7 +125,7 @@ class Cells:
         nearness = np.take_along_axis(off, order, axis=1)
         asked = nearness < reach[:, None]
         asked &= self._may_bound(ordered, order, label[:, None])
-        rows, face, beyond = self._beyond(outside, order, asked)
+        rows, face, beyond = self._beyond(at.points, outside, order, asked)
         goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
         hit = np.flatnonzero((beyond == -label[rows]) | goes_on)[::-1]
         found = np.full(len(distances), -1)
@@ -119,30 +135,32 @@ class Cells:
         nearer = nearness < np.abs(chosen[:, :1])
         rows, column = np.nonzero(nearer)
         across = self._across(outside, rows, order[rows, column][:, None])
-        nearer[rows, column] = np.isin(across, self._contested)
+        unsure = self._label(across, at.points[rows]) == 0.0
+        nearer[rows, column] = unsure & np.isin(across, list(self._contested))
         confirmed &= shown & ~wrong & ~nearer.any(axis=1)
         self._move(at, found, label, moved, decides, chosen)
         return np.flatnonzero(wrong & (found < 0)), confirmed
 
-    def _judged(self, outside, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) whether votes say that points outside of faces (n, f) with labels (n,) remain on the
-        same side of the surface beyond the face that decided (n, k), with those before it and
-        without; and whether they say that one of these ways leads to the other side."""
-        rows, _, beyond = self._beyond(outside, order, decided)
+    def _judged(self, points, outside, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) whether votes say that points (n, 3) outside of faces (n, f) with labels (n,) remain
+        on the same side of the surface beyond the face that decided (n, k), with those before it
+        and without; and whether they say that one of these ways leads to the other side."""
+        rows, _, beyond = self._beyond(points, outside, order, decided)
         refuted, confirmed = decided.any(axis=1), np.zeros(len(outside), bool)
         refuted[rows[beyond != label[rows]]] = False
         confirmed[rows[beyond == -label[rows]]] = True
         return refuted, confirmed
 
-    def _beyond(self, outside, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows (m,) of points outside of faces (n, f), faces (m,), and labels (m,) of the cells
-        beyond these, alone and with up to two that are nearer; for those of the nearest faces
+    def _beyond(self, points, outside, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows (m,) of points (n, 3) outside of faces (n, f), faces (m,), and labels (m,) of the
+        cells beyond these, alone and with up to two that are nearer; for those of the nearest faces
         (n, k) that are asked."""
         subsets = _subsets(order.shape[1])
         rows, which = np.nonzero(asked[:, subsets[:, 0]])
         padded = np.column_stack([order, np.full(len(order), -1)])
         crossed = padded[rows[:, None], subsets[which]]
-        return rows, crossed[:, 0], self._label(self._across(outside, rows, crossed))
+        beyond = self._label(self._across(outside, rows, crossed), points[rows])
+        return rows, crossed[:, 0], beyond
 
     def _of_surfaces(self, points, distances) -> np.ndarray:
         """(n, f) distances of points (n, 3) from faces (n, f), where several faces are one surface
@@ -175,9 +193,12 @@ class Cells:
             mine = moved[decides[moved] == k]
             chosen[mine] = at.values(k, mine)
 
-    def _votes(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and the
-        keys of those whose votes contradict each other."""
+    def _votes(
+        self, reach: float
+    ) -> tuple[np.ndarray, np.ndarray, dict[int, list[tuple[int, int, cKDTree]]]]:
+        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and, by
+        the keys of those whose votes contradict each other, each face with its vote, 0 for inside
+        and 1 for outside, and its samples that cast it."""
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
@@ -193,7 +214,7 @@ class Cells:
         inner = self._key(outside)
         outer = self._across(outside, rows, own[:, None])
         votes &= inner != outer
-        inner, outer = inner[votes], outer[votes]
+        inner, outer, voters = inner[votes], outer[votes], samples[votes]
         keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
         vote = np.repeat([-1.0, 1.0], len(inner))
         count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
@@ -201,7 +222,16 @@ class Cells:
         contrary = 0.5 * (count - np.abs(total))
         agreed = (contrary <= np.maximum(1, 1e-3 * count)) & (total != 0.0)
         labels = np.where(agreed & (count >= 3), np.sign(total), 0.0)
-        return keys, labels, keys[~agreed]
+        contested = {
+            int(keys[k]): [
+                (face, side, cKDTree(faces.points[mine[faces.of[mine] == face]]))
+                for side, of in enumerate(np.split(which, 2))
+                for mine in [voters[of == k]]
+                for face in np.unique(faces.of[mine]).tolist()
+            ]
+            for k in np.flatnonzero(~agreed).tolist()
+        }
+        return keys, labels, contested
 
     def _ends_of_faces(self) -> dict[bool, list[tuple[int, int]]]:
         """By whether it is convex, each edge at which all samples of a face end: that face and the
@@ -235,15 +265,33 @@ class Cells:
             out[:, face] &= larger[:, other]
         return np.asarray(out)
 
-    def _off(self, distances) -> np.ndarray:
+    def _off(self, at: FacesAt, distances) -> np.ndarray:
         """(n, f) how far each face is at least from points at distances (n, f) from the faces
-        without ends: beyond an edge, as far as the other face of it."""
+        without ends: beyond an edge, as far as the other face of it; beside a blunt edge, as far as
+        its ball."""
         away = np.abs(distances)
         out = np.where(self._bits == 0, np.inf, away)
         for convex, ends in self._ends.items():
             for face, other in ends:
                 beyond = (distances[:, other] > 0.0) == convex
                 out[beyond, face] = np.maximum(out[beyond, face], away[beyond, other])
+        for edge, pair in self._blunt:
+            rows, ball = ball_distances(edge, at)
+            there = ~self._is_beyond(distances[rows], *pair) & ~self._is_beyond(
+                distances[rows], *pair[::-1]
+            )
+            rows = rows[there, None]
+            out[rows, pair] = np.maximum(out[rows, pair], np.abs(ball[there, None]))
+        return out
+
+    def _is_beyond(self, distances, face: int, partner: int) -> np.ndarray:
+        """(n,) whether points at distances (n, f) from the faces lie beyond an edge at which a face
+        ends, other than that with its partner."""
+        out = np.zeros(len(distances), bool)
+        for convex, ends in self._ends.items():
+            for own, other in ends:
+                if own == face and other != partner:
+                    out |= (distances[:, other] > 0.0) == convex
         return out
 
     def _across(self, outside, rows, faces) -> np.ndarray:
@@ -263,12 +311,28 @@ class Cells:
         outside = self._canonical(outside)
         return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
 
-    def _label(self, keys) -> np.ndarray:
-        """(n,) labels of the cells of keys (n,), 0 where there is none."""
+    def _label(self, keys, points) -> np.ndarray:
+        """(n,) labels of the cells of keys (n,) at points (n, 3) in them, 0 where there is none."""
         if not len(self._keys):
             return np.zeros(np.shape(keys))
         at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
-        return np.where(self._keys[at] == keys, self._labels[at], 0.0)
+        out = np.where(self._keys[at] == keys, self._labels[at], 0.0)
+        for key in self._contested.keys() & set(np.unique(keys).tolist()):
+            rows = np.flatnonzero(keys == key)
+            inside, outside = self._nearest_votes(key, points[rows])
+            out[rows[2.0 * inside < outside]] = -1.0
+            out[rows[2.0 * outside < inside]] = 1.0
+        return out
+
+    def _nearest_votes(self, key: int, points) -> np.ndarray:
+        """(2, n) distances of points (n, 3) from the votes in a cell for inside and for outside: of
+        each face the third one, as one of three may be wrong."""
+        out = np.full((2, len(points)), np.inf)
+        for face, side, tree in self._contested[key]:
+            away = tree.query(points, k=[3])[0][:, 0]
+            away[self._rims.stand_between(face, points, away)] = np.inf
+            out[side] = np.minimum(out[side], away)
+        return out
 
 
 def _side(distance) -> np.ndarray:

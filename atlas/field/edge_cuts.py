@@ -46,7 +46,9 @@ class SharpEdges:
                 mine = mine[sign * at.distances[mine, other] > sign * chosen[mine, 0]]
                 if not len(mine):
                     continue
-                theirs = self._trees.away(other, at.points[mine], 2.0 * self._reach)
+                # A free-form face tells nothing farther from its samples than its patches reach.
+                reach = 2.0 * min(self._reach, self._trees.scale_of(other))
+                theirs = self._trees.away(other, at.points[mine], reach)
                 if curve is not None:
                     far = np.flatnonzero(np.isinf(theirs))
                     far = far[curve.query(at.points[mine[far]])[0] < 2.0 * away[mine[far], -1]]

@@ -87,7 +87,7 @@ class FaceField:
         self._labelled = np.flatnonzero(self._of != NONE)
         self._tree = cKDTree(faces.points[self._labelled])
         self._sharp, self._rims = SharpEdges(trees, self.reach), SmoothRims(trees)
-        self._cells = Cells(trees, self.reach)
+        self._cells = Cells(trees, self.reach, self._rims)
         self._rounded = RoundedEdges(trees, self.reach)
 
     def with_surface(self, surface: FreeFormSurface) -> "FaceField":
@@ -156,38 +156,39 @@ class FaceField:
         away, near = self._tree.query(at.points, k=count)
         away = away.reshape(len(at.points), count)
         near = self._labelled[near.reshape(len(at.points), count)]
-        columns = _by_face(at, self._of[near])
-        owner = self._of_walls(columns, away, self._of[near])
-        chosen = columns[owner, np.arange(len(owner))]
+        owner, chosen = self._of_walls(at, away, self._of[near])
         self._rims.move(at, away, owner, chosen)
         decides = self._sharp.cut(at, away, owner, chosen)
         doubted, _ = self._cells.settle(at, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
 
-    def _of_walls(self, columns, away, of) -> np.ndarray:
+    def _of_walls(self, at: FacesAt, away, of) -> tuple[np.ndarray, np.ndarray]:
         """The face (n,) of the nearest sample, or the nearer one of two that face away from each
         other, as the sides of a wall or a gap do, where its sample is less than twice as far: on a
-        thin wall the nearest sample of a place between touches is of the other side.
+        thin wall the nearest sample of a place between touches is of the other side. And its
+        distance, normal and variance (n, 5).
 
         Parameters
         ----------
-        columns : (f, n, 5) float
-            See ``_by_face``.
+        at : FacesAt
+            Of n points.
         away : (n, k) float, length
             Distances of the nearest samples, ascending.
         of : (n, k) int
             Their faces.
         """
-        rows, owner = np.arange(len(of)), of[:, 0].copy()
-        own = columns[owner, rows]
-        for k in range(1, of.shape[1]):
-            other = columns[of[:, k], rows]
-            nearer = np.abs(other[:, 0]) < np.abs(own[:, 0])
-            nearer &= (other[:, 1:4] * own[:, 1:4]).sum(axis=1) < -self.faces.levels.facing
-            nearer &= away[:, k] < 2.0 * away[:, 0]
-            owner[nearer], own[nearer] = of[nearer, k], other[nearer]
-        return owner
+        owner = of[:, 0].copy()
+        own = _values_of(at, np.arange(len(of)), owner)
+        for off, face in zip(away.T[1:], of.T[1:], strict=True):
+            nearer = np.abs(at.distances[np.arange(len(of)), face]) < np.abs(own[:, 0])
+            rows = np.flatnonzero(nearer & (off < 2.0 * away[:, 0]))
+            other = _values_of(at, rows, face[rows])
+            cosine = (other[:, 1:4] * own[rows, 1:4]).sum(axis=1)
+            turned = cosine < -self.faces.levels.facing
+            rows = rows[turned]
+            owner[rows], own[rows] = face[rows], other[turned]
+        return owner, own
 
 
 def face_values(faces: Faces, points) -> FaceValues:
@@ -203,15 +204,10 @@ def face_values(faces: Faces, points) -> FaceValues:
     return FaceField(faces).at(frozen_array(points, (None, 3), "points"))
 
 
-def _by_face(at: FacesAt, of) -> np.ndarray:
-    """(f, n, 5) distance, normal and variance of each face at each of n points; NaN where no
-    sample of its surface is among the nearest, which are of faces (n, k)."""
-    out = np.full((len(at.trees.faces), len(at.points), 5), np.nan)
-    of = at.trees.group_numbers[of]
-    for number, group in enumerate(at.trees.groups):
-        rows = np.flatnonzero((of == number).any(axis=1))
-        if len(rows):
-            values = at.values(group[0], rows)
-            for face in group:
-                out[face, rows] = values
+def _values_of(at: FacesAt, rows, of) -> np.ndarray:
+    """(m, 5) distance, normal and variance of a face (m,) at each of some points (m,)."""
+    out = np.empty((len(rows), 5))
+    for face in np.unique(of).tolist():
+        own = np.flatnonzero(of == face)
+        out[own] = at.values(face, rows[own])
     return out

@@ -102,14 +102,6 @@ class FaceTrees:
         return own + list(dict.fromkeys(self._group_of.values()))
 
     @cached_property
-    def group_numbers(self) -> np.ndarray:
-        """(f,) which of these each face belongs to."""
-        out = np.empty(len(self.faces), int)
-        for number, group in enumerate(self.groups):
-            out[list(group)] = number
-        return out
-
-    @cached_property
     def planes(self) -> tuple[np.ndarray, list[int], np.ndarray, np.ndarray]:
         """A point amid the samples (3,), the numbers (p) of the plane faces, their normals (p, 3)
         and signed distances (p,) there."""

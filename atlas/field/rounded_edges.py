@@ -177,6 +177,17 @@ def are_rounded(trees: FaceTrees, points, distances, reach: float) -> np.ndarray
     return out
 
 
+def ball_distances(edge: FaceEdge, at: FacesAt) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (m,) of the points to which the ball of a blunt edge is nearer than its faces are, and
+    their signed distances (m,) from it."""
+    rows = _near(_pair(edge), edge.kind.sign, edge.radius, at.distances)
+    if not len(rows):
+        return rows, np.zeros(0)
+    found, weights = _ball(edge, np.stack([at.values(k, rows) for k in _pair(edge)], axis=1))
+    between = weights.min(axis=1) > 0.0
+    return rows[between], edge.kind.sign * found[between]
+
+
 def _pair(edge: FaceEdge) -> tuple[int, int]:
     """The faces of an edge."""
     return edge.first, edge.second

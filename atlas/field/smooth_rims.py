@@ -1,9 +1,11 @@
 """Points beside smooth rims: between touches the nearest sample may be of the other face."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from touchatlas.atlas.edges.boundary import EdgeKind
-from touchatlas.atlas.edges.edge_curves import rim_distances
+from touchatlas.atlas.edges.edge_curves import across_rim, rim_distances
+from touchatlas.atlas.faces.faces import FaceEdge
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees, curve_tree
 
 
@@ -17,13 +19,27 @@ class SmoothRims:
 
     def __init__(self, trees: FaceTrees) -> None:
         self._trees, self._faces = trees, trees.faces.faces
-        self._rims = [
-            (edge, curve_tree(edge))
+        rims = [
+            edge
             for edge in trees.faces.edges
             if edge.kind is EdgeKind.SMOOTH_RIM
             and edge.curves
             and not (trees.is_free_form(edge.first) or trees.is_free_form(edge.second))
         ]
+        # Points of each rim, and the directions (m, 3) from there to its first face.
+        self._rims = [(rim, tree := curve_tree(rim), self._to_first(rim, tree)) for rim in rims]
+
+    def stand_between(self, face: int, points, away) -> np.ndarray:
+        """(n,) whether a rim of a face stands between points (n, 3) and its samples at distances
+        (n,): the point is on the side of the other face, and the rim is about as near."""
+        out = np.zeros(len(points), bool)
+        for edge, curve, to_first in self._rims:
+            if face in (edge.first, edge.second):
+                off, which = curve.query(points)
+                side = ((points - curve.data[which]) * to_first[which]).sum(axis=1)
+                beyond = side < 0.0 if face == edge.first else side > 0.0
+                out |= beyond & (off < 2.0 * away)
+        return out
 
     def move(self, at: FacesAt, away, owner, chosen) -> None:
         """Give n points beside rims to the face of their side.
@@ -38,22 +54,21 @@ class SmoothRims:
         chosen : (n, 5) float
             Distance, normal and variance there; changed as well.
         """
-        for edge, curve in self._rims:
+        for edge, curve, to_first in self._rims:
             pair = edge.first, edge.second
             rows = np.flatnonzero((owner == pair[0]) | (owner == pair[1]))
             limit = np.maximum(3.0 * away[rows, 0], away[rows, -1])
             # Curves end where contours do: it is asked a little farther than points are moved.
-            near = curve.query(at.points[rows])[0] < 2.0 * limit
-            rows, limit = rows[near], limit[near]
+            off, which = curve.query(at.points[rows])
+            near = off < 2.0 * limit
+            rows, limit, which = rows[near], limit[near], which[near]
             apart = [self._trees.away(k, at.points[rows]) for k in pair]
-            rows, limit = (x[np.maximum(*apart) < limit] for x in (rows, limit))
+            rows, limit, which = (x[np.maximum(*apart) < limit] for x in (rows, limit, which))
             if not len(rows):
                 continue
-            samples = self._trees.faces.points
-            first, second = (self._mean_near(samples, k, at.points[rows]) for k in pair)
-            toward = first - second
             pieces = [self._faces[k].pieces[0] for k in pair]
-            across = rim_distances(pieces[0], pieces[1], at.points[rows], toward)
+            rim = curve.data[which], to_first[which]
+            across = rim_distances(pieces[0], pieces[1], at.points[rows], *rim)
             own = np.where(across > 0.0, *pair)
             for k in pair:
                 moved = rows[(own == k) & (owner[rows] != k) & (np.abs(across) < limit)]
@@ -61,7 +76,18 @@ class SmoothRims:
                 # Inside of a plate the far side of a cylinder that rounds its rim is no surface.
                 normals = self._mean_near(self._trees.faces.normals, k, at.points[moved])
                 faces = (values[:, 1:4] * normals).sum(axis=1) > 0.0
+                # Neither is that of a wall, whose sides face away from each other.
+                turn = (values[:, 1:4] * chosen[moved, 1:4]).sum(axis=1)
+                faces &= turn > -self._trees.faces.levels.facing
                 chosen[moved[faces]], owner[moved[faces]] = values[faces], k
+
+    def _to_first(self, edge: FaceEdge, curve: cKDTree) -> np.ndarray:
+        """(m, 3) unit directions across a rim, at the points of its curves, to the first face."""
+        pair, points = (edge.first, edge.second), np.asarray(curve.data)
+        samples = self._trees.faces.points
+        first, second = (self._mean_near(samples, k, points) for k in pair)
+        pieces = [self._faces[k].pieces[0] for k in pair]
+        return across_rim(pieces[0], pieces[1], points, first - second)
 
     def _mean_near(self, columns, number: int, points) -> np.ndarray:
         """(n, 3) mean of ``columns`` (m, 3) of the samples of a face that are nearest to points
