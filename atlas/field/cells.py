@@ -281,7 +281,7 @@ class Cells:
                 distances[rows], *pair[::-1]
             )
             rows = rows[there, None]
-            out[rows, pair] = np.maximum(out[rows, pair], np.abs(ball[there, None]))
+            out[rows, pair] = np.maximum(out[rows, pair], ball[there, None])
         return out
 
     def _is_beyond(self, distances, face: int, partner: int) -> np.ndarray:

@@ -46,8 +46,7 @@ class SharpEdges:
                 mine = mine[sign * at.distances[mine, other] > sign * chosen[mine, 0]]
                 if not len(mine):
                     continue
-                # A free-form face tells nothing farther from its samples than its patches reach.
-                reach = 2.0 * min(self._reach, self._trees.scale_of(other))
+                reach = 2.0 * min(self._reach, self._trees.extents[other])
                 theirs = self._trees.away(other, at.points[mine], reach)
                 if curve is not None:
                     far = np.flatnonzero(np.isinf(theirs))

@@ -37,6 +37,8 @@ class FaceTrees:
         # Samples of several faces: the face of each, and their tree.
         self._together: dict[tuple[int, ...], tuple[np.ndarray, cKDTree]] = {}
         self.trees = [cKDTree(faces.points[face.samples]) for face in faces.faces]
+        # A face is believed no farther from its samples than these are from each other.
+        self.extents = np.array([np.linalg.norm(tree.maxes - tree.mins) for tree in self.trees])
 
     def away(self, number: int, points, limit: float = np.inf) -> np.ndarray:
         """(n,) distances of points (n, 3) from the samples of a face, length; infinite from a limit

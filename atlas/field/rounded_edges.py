@@ -178,14 +178,15 @@ def are_rounded(trees: FaceTrees, points, distances, reach: float) -> np.ndarray
 
 
 def ball_distances(edge: FaceEdge, at: FacesAt) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (m,) of the points to which the ball of a blunt edge is nearer than its faces are, and
-    their signed distances (m,) from it."""
+    """Rows (m,) of the points abreast of the ball of a blunt edge that are on the same side of it
+    as of the sharp edge that it rounds, and how far (m,) they are from it, length."""
     rows = _near(_pair(edge), edge.kind.sign, edge.radius, at.distances)
     if not len(rows):
         return rows, np.zeros(0)
     found, weights = _ball(edge, np.stack([at.values(k, rows) for k in _pair(edge)], axis=1))
-    between = weights.min(axis=1) > 0.0
-    return rows[between], edge.kind.sign * found[between]
+    sharp = (edge.kind.sign * at.distances[rows][:, _pair(edge)]).max(axis=1)
+    there = (weights.min(axis=1) > 0.0) & (found * sharp > 0.0)
+    return rows[there], np.abs(found[there])
 
 
 def _pair(edge: FaceEdge) -> tuple[int, int]:

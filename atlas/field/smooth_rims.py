@@ -62,8 +62,11 @@ class SmoothRims:
             off, which = curve.query(at.points[rows])
             near = off < 2.0 * limit
             rows, limit, which = rows[near], limit[near], which[near]
-            apart = [self._trees.away(k, at.points[rows]) for k in pair]
-            rows, limit, which = (x[np.maximum(*apart) < limit] for x in (rows, limit, which))
+            near = np.ones(len(rows), bool)
+            for k in pair:
+                believed = np.minimum(limit, self._trees.extents[k])
+                near &= self._trees.away(k, at.points[rows]) < believed
+            rows, limit, which = rows[near], limit[near], which[near]
             if not len(rows):
                 continue
             pieces = [self._faces[k].pieces[0] for k in pair]
