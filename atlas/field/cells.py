@@ -327,10 +327,13 @@ class Cells:
     def _nearest_votes(self, key: int, points) -> np.ndarray:
         """(2, n) distances of points (n, 3) from the votes in a cell for inside and for outside: of
         each face the third one, as one of three may be wrong."""
-        out = np.full((2, len(points)), np.inf)
-        for face, side, tree in self._contested[key]:
+        votes, out = self._contested[key], np.full((2, len(points)), np.inf)
+        rims = self._rims.sides([face for face, _, _ in votes], points)
+        for face, side, tree in votes:
             away = tree.query(points, k=[3])[0][:, 0]
-            away[self._rims.stand_between(face, points, away)] = np.inf
+            for own, off, is_beyond in rims:
+                if own == face:
+                    away[is_beyond & (off < 2.0 * away)] = np.inf
             out[side] = np.minimum(out[side], away)
         return out
 

@@ -29,16 +29,16 @@ class SmoothRims:
         # Points of each rim, and the directions (m, 3) from there to its first face.
         self._rims = [(rim, tree := curve_tree(rim), self._to_first(rim, tree)) for rim in rims]
 
-    def stand_between(self, face: int, points, away) -> np.ndarray:
-        """(n,) whether a rim of a face stands between points (n, 3) and its samples at distances
-        (n,): the point is on the side of the other face, and the rim is about as near."""
-        out = np.zeros(len(points), bool)
+    def sides(self, faces, points) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Of the rims of some faces, each face (of both that a rim has), how far its curves are
+        from points (n, 3), and whether (n,) these are on the side of the other face."""
+        out = []
         for edge, curve, to_first in self._rims:
-            if face in (edge.first, edge.second):
-                off, which = curve.query(points)
-                side = ((points - curve.data[which]) * to_first[which]).sum(axis=1)
-                beyond = side < 0.0 if face == edge.first else side > 0.0
-                out |= beyond & (off < 2.0 * away)
+            if not {edge.first, edge.second} & set(faces):
+                continue
+            off, which = curve.query(points)
+            side = ((points - curve.data[which]) * to_first[which]).sum(axis=1)
+            out += [(edge.first, off, side < 0.0), (edge.second, off, side > 0.0)]
         return out
 
     def move(self, at: FacesAt, away, owner, chosen) -> None:
