@@ -239,6 +239,12 @@ def _cup() -> trimesh.Trimesh:
     return trimesh.creation.revolve(np.concatenate(parts), sections=256)
 
 
+def _frustum(low: float, high: float) -> trimesh.Trimesh:
+    """A cone of a height of 40 with radii at its bottom and top."""
+    profile = np.array([[0.0, 0.0], [low, 0.0], [high, 40.0], [0.0, 40.0]])
+    return trimesh.creation.revolve(profile, sections=256)
+
+
 def _pyramid() -> trimesh.Trimesh:
     base = 25.0 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     return trimesh.convex.convex_hull(np.concatenate([base, [[0.0, 0.0, 35.0]]]))
@@ -291,6 +297,8 @@ _MESHES = {
     "bend": _bend,
     "pipe": lambda: _bend(PIPE),
     "cup": _cup,
+    "frustum": lambda: _frustum(25.0, 15.0),
+    "draft": lambda: _frustum(22.0, 20.0),
     "pyramid": _pyramid,
     "wavy": _wavy_box,
 }

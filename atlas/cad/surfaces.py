@@ -3,10 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from touchatlas.atlas.faces.faces import Face
-from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.pieces.torus import value_gradient_terms
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.frame import any_tangent
@@ -90,7 +88,14 @@ def _round_surface(face: Face, points, numbers) -> LawSurface | None:
         axes, radius = frame_about(np.array(numbers["axis"])), float(numbers["tube_radius"])
         centre, ring = np.array(numbers["centre"]), float(numbers["radius"])
         return LawSurface("torus", centre, axes, radius, ring=ring)
-    return fit_cone(face.pieces[0], points, face.deviation) if face.kind == "quadric" else None
+    if face.kind == "cone":
+        axes, half_angle = frame_about(np.array(numbers["axis"])), float(numbers["half_angle"])
+        apex = np.array(numbers["apex"])
+        # Beside its samples, as the kernel writes no cone that begins at its apex.
+        height = float(((points - apex) @ axes[2]).mean())
+        radius = height * float(np.tan(half_angle))
+        return LawSurface("cone", apex + height * axes[2], axes, radius, half_angle=half_angle)
+    return None
 
 
 def _seamed(surface: LawSurface, points) -> LawSurface:
@@ -117,67 +122,3 @@ def frame_about(axis) -> np.ndarray:
     """(3, 3) a right-handed frame whose third axis is a unit vector (3,)."""
     x = any_tangent(axis)
     return np.stack([x, cross(axis, x), axis])
-
-
-def fit_cone(piece: Piece, points, deviation: float) -> LawSurface | None:
-    """The circular cone that fits samples of a quadric face.
-
-    Parameters
-    ----------
-    piece : Piece
-        The quadric, from which the fit starts.
-    points : (n, 3) float, length, world
-    deviation : float, length
-        Root mean square of the distances of the points from the quadric.
-
-    Returns
-    -------
-    LawSurface or None
-        The cone, its origin at the mean height of the points. None where its distances are larger
-        by a fifth than those of the quadric, which has three parameters more, or where it is a
-        plane or a cylinder to within a degree.
-    """
-    start = _osculating(piece, points)
-    if start is None:
-        return None
-    scale = float(np.linalg.norm(points - start.origin, axis=1).mean())
-
-    def cone(change) -> LawSurface:
-        axis = start.axes[2] + change[3:5] @ start.axes[:2]
-        return replace(
-            start,
-            origin=start.origin + scale * change[:3],
-            axes=frame_about(axis / np.sqrt(axis @ axis)),
-            half_angle=start.half_angle + float(change[5]),
-        )
-
-    found = least_squares(lambda change: cone(change).at(points)[0] / scale, np.zeros(6))
-    fitted, error = cone(found.x), scale * float(np.sqrt((found.fun**2).mean()))
-    if error > 1.2 * deviation or not 1.0 < np.degrees(fitted.half_angle) < 89.0:
-        return None
-    height = float(((points - fitted.origin) @ fitted.axes[2]).mean())
-    return replace(
-        fitted,
-        origin=fitted.origin + height * fitted.axes[2],
-        radius=height * float(np.tan(fitted.half_angle)),
-    )
-
-
-def _osculating(piece: Piece, points) -> LawSurface | None:
-    """The cone nearest to a quadric, its origin at the apex: the centre of the quadric, and the
-    axis whose eigenvalue has the sign that the other two have not."""
-    _, x, y, xx, xy, yy, xz, yz, zz = piece.coefficients
-    second = np.array([[2.0 * xx, xy, xz], [xy, 2.0 * yy, yz], [xz, yz, 2.0 * zz]])
-    values, vectors = np.linalg.eigh(second)
-    sign = np.sign(values)
-    if abs(sign.sum()) != 1.0:
-        return None
-    odd = int(np.flatnonzero(sign == -sign.sum())[0])
-    others = np.delete(values, odd)
-    # The gradient of the implicit quadric is zero at its centre.
-    centre = np.linalg.solve(second, np.array([-x, -y, 1.0]))
-    apex = piece.origin + piece.scale * centre @ piece.axes
-    axis = vectors[:, odd] @ piece.axes
-    axis = axis * np.sign((points.mean(axis=0) - apex) @ axis)
-    half_angle = float(np.arctan(np.sqrt(-values[odd] / others.mean())))
-    return LawSurface("cone", apex, frame_about(axis), half_angle=half_angle)

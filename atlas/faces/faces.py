@@ -50,7 +50,8 @@ class Face:
 
     @property
     def kind(self) -> str:
-        """That of its law: "plane", "sphere", "cylinder" or "quadric"; else "free-form"."""
+        """That of its law: "plane", "sphere", "cylinder", "cone", "torus" or "quadric"; else
+        "free-form"."""
         return self.law.kind if self.law else "free-form"
 
     @property

@@ -1,5 +1,6 @@
 """Fit a piece of a kind to samples."""
 
+from touchatlas.atlas.pieces.fit_cone import fit_cone
 from touchatlas.atlas.pieces.fit_cylinder import fit_cylinder
 from touchatlas.atlas.pieces.fit_torus import fit_torus
 from touchatlas.atlas.pieces.kinds import Kind
@@ -37,6 +38,8 @@ def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
     frame = frame_of(points, normals)
     if kind is Kind.CYLINDER:
         return fit_cylinder(linear_fit(Kind.QUADRIC, points, *frame, std), points, std)
+    if kind is Kind.CONE:
+        return fit_cone(points, normals, std)
     if kind is Kind.TORUS:
         return fit_torus(points, normals, std)
     return linear_fit(kind, points, *frame, std)

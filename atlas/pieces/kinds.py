@@ -1,17 +1,17 @@
-"""Kinds of pieces: plane, sphere, cylinder, torus, quadric, quartic and sextic, and the terms of
-each.
+"""Kinds of pieces: plane, sphere, cylinder, cone, torus, quadric, quartic and sextic, and the terms
+of each.
 
-A torus is a distance in closed form. Every other piece is the zero set of F = z - φ(x, y, z) in a
-frame of its own. The φ of a plane has three monomials, that of the other quadrics nine; the quartic
-has the 21 of ``graded_basis(4)``, the sextic the 49 of ``graded_basis(6)``. In every array the
-terms, derivatives by the coefficients, are the first axis.
+A cone and a torus are distances in closed form. Every other piece is the zero set of
+F = z - φ(x, y, z) in a frame of its own. The φ of a plane has three monomials, that of the other
+quadrics nine; the quartic has the 21 of ``graded_basis(4)``, the sextic the 49 of
+``graded_basis(6)``. In every array the terms, derivatives by the coefficients, are the first axis.
 """
 
 from enum import IntEnum
 
 import numpy as np
 
-from touchatlas.atlas.pieces import torus
+from touchatlas.atlas.pieces import cone, torus
 from touchatlas.patch.geometry.polynomial import (
     GRADIENT,
     derivative_coefficients,
@@ -26,27 +26,30 @@ class Kind(IntEnum):
     PLANE = 0
     SPHERE = 1
     CYLINDER = 2
-    TORUS = 3
-    QUADRIC = 4
-    QUARTIC = 5
-    SEXTIC = 6
+    CONE = 3
+    TORUS = 4
+    QUADRIC = 5
+    QUARTIC = 6
+    SEXTIC = 7
 
     @property
     def parameters(self) -> int:
         """Number of parameters that the samples determine."""
-        return (3, 4, 5, 7, 9, 21, 49)[self]
+        return (3, 4, 5, 6, 7, 9, 21, 49)[self]
 
     @property
     def terms(self) -> int:
-        """Number of coefficients: of the monomials of φ, or of a torus."""
-        return (3, 9, 9, 8, 9, 21, 49)[self]
+        """Number of coefficients: of the monomials of φ, or of a closed form."""
+        return (3, 9, 9, 7, 8, 9, 21, 49)[self]
 
     @property
     def lawful(self) -> bool:
-        """Whether the piece is a plane, sphere, cylinder, torus or quadric."""
+        """Whether the piece is a plane, sphere, cylinder, cone, torus or quadric."""
         return self < Kind.QUARTIC
 
 
+# Kinds that are no polynomials, but distances.
+CLOSED_FORMS = {Kind.CONE: cone, Kind.TORUS: torus}
 # Laws of fewer parameters than a quadric.
 SIMPLE_LAWS = tuple(kind for kind in Kind if kind < Kind.QUADRIC)
 # Kinds that labels may have, by the number of parameters.
@@ -123,16 +126,16 @@ def value_and_gradient(kind: Kind, coefficients, scaled, terms) -> tuple[np.ndar
 
 def value_gradient_terms(kind: Kind, coefficients, scaled):
     """F (n,), its gradient (n, 3) and terms (s, n) of a kind at scaled local points (n, 3)."""
-    if kind is Kind.TORUS:
-        return torus.value_gradient_terms(coefficients, scaled)
+    if kind in CLOSED_FORMS:
+        return CLOSED_FORMS[kind].value_gradient_terms(coefficients, scaled)
     terms = terms_at(kind, scaled)
     return *value_and_gradient(kind, coefficients, scaled, terms), terms
 
 
 def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:
     """(n, 3, 3) second derivatives of F at scaled local points (n, 3)."""
-    if kind is Kind.TORUS:
-        return torus.hessians(coefficients, scaled)
+    if kind in CLOSED_FORMS:
+        return CLOSED_FORMS[kind].hessians(coefficients, scaled)
     if not kind.lawful:
         # XX, XY, XZ, YY, YZ, ZZ of touchatlas.patch.geometry.polynomial.
         rows = derivative_coefficients(_BASES[kind], coefficients, [3, 4, 7, 5, 8, 9])

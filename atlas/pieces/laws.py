@@ -1,4 +1,4 @@
-"""Laws in words and numbers: the plane, sphere, cylinder or torus that a piece is."""
+"""Laws in words and numbers: the plane, sphere, cylinder, cone or torus that a piece is."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Law:
     Parameters
     ----------
     kind : str
-        "plane", "sphere", "cylinder", "torus" or "quadric".
+        "plane", "sphere", "cylinder", "cone", "torus" or "quadric".
     words : str
         Kind and numbers.
     numbers : dict
@@ -49,6 +49,8 @@ def law_of(piece: Piece, points, std) -> Law:
         return _sphere(piece)
     if piece.kind is Kind.CYLINDER:
         return _cylinder(piece, points, std)
+    if piece.kind is Kind.CONE:
+        return _cone(piece)
     if piece.kind is Kind.TORUS:
         return _torus(piece)
     if piece.kind is Kind.QUADRIC:
@@ -110,6 +112,22 @@ def _cylinder(piece: Piece, points, std) -> Law:
     )
     numbers = {"radius": float(cylinder.radius), "radius_std": deviation, "axis": axis.tolist()}
     return Law("cylinder", words, numbers | {"axis_std": tilt, "point": point.tolist()})
+
+
+def _cone(piece: Piece) -> Law:
+    cone, deviations = piece.coefficients, np.sqrt(np.diagonal(piece.covariance))
+    apex, axis = piece.origin + piece.scale * cone[:3] @ piece.axes, cone[3:6] @ piece.axes
+    angle, angle_std = np.rad2deg([abs(cone[6]), deviations[6]]).tolist()
+    apex_std = float(piece.scale * np.sqrt((deviations[:3] ** 2).mean()))
+    tilt = float(np.sqrt((deviations[3:6] ** 2).sum() / 2.0))
+    side = "" if cone[6] > 0.0 else "hollow "
+    words = (
+        f"{side}cone, half angle {with_deviation(angle, angle_std)}°, "
+        f"apex {vector(apex, apex_std)}, axis {vector(axis)}"
+    )
+    numbers = {"half_angle": float(abs(cone[6])), "half_angle_std": float(deviations[6])}
+    numbers |= {"axis": axis.tolist(), "axis_std": tilt}
+    return Law("cone", words, numbers | {"apex": apex.tolist(), "apex_std": apex_std})
 
 
 def _torus(piece: Piece) -> Law:

@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from touchatlas.atlas.pieces.kinds import Kind, prior_precision, terms_at, value_and_gradient
+from touchatlas.atlas.pieces.kinds import (
+    CLOSED_FORMS,
+    Kind,
+    prior_precision,
+    terms_at,
+    value_and_gradient,
+)
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
 
@@ -25,7 +31,7 @@ _TINY = float(np.finfo(float).tiny)
 _SPHERE = np.zeros((9, 4))
 _SPHERE[0, 0] = _SPHERE[1, 1] = _SPHERE[2, 2] = _SPHERE[3, 3] = _SPHERE[5, 3] = _SPHERE[8, 3] = 1.0
 _PRECISIONS: dict[Kind, np.ndarray] = {
-    kind: np.diag(prior_precision(kind)) for kind in Kind if kind is not Kind.TORUS
+    kind: np.diag(prior_precision(kind)) for kind in Kind if kind not in CLOSED_FORMS
 }
 _PRECISIONS[Kind.SPHERE] = (_SPHERE.T * prior_precision(Kind.SPHERE)) @ _SPHERE
 

@@ -25,7 +25,7 @@ _TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A surface F = 0 in a frame: of a torus the distance, of all others z - φ(x, y, z).
+    """A surface F = 0 in a frame: of a cone or torus the distance, of others z - φ(x, y, z).
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Piece:
     scale : float, length
         Unit of the scaled coordinates.
     coefficients : (t,) float, no unit
-        Of φ, or a torus, in scaled coordinates.
+        Of φ, or of a cone or torus, in scaled coordinates.
     covariance : (t, t) float, no unit
     """
 
@@ -62,8 +62,8 @@ class Piece:
 
     def at(self, points) -> tuple[np.ndarray, np.ndarray]:
         """Signed distance (n,), length, and outward unit normal (n, 3) at points (n, 3): along the
-        gradient of F, which is exact for spheres and cylinders, as tori are in closed form; of
-        quartics and sextics to first order (Taubin 1991)."""
+        gradient of F, which is exact for all laws but quadrics; of quartics and sextics to first
+        order (Taubin 1991)."""
         return self._along_gradient(points)[:2]
 
     def predicted(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -131,7 +131,12 @@ class Piece:
     def loosened(self, variance: float) -> "Piece":
         """The same surface, its distance at the origin less sure by a variance, length^2."""
         covariance = self.covariance.copy()
-        # The coefficients that shift the surface are the constant one, and the radius of a tube.
+        if self.kind is Kind.CONE:
+            # A shift of the apex along the axis moves all of the surface.
+            axis, sine = self.coefficients[3:6], np.sin(self.coefficients[6])
+            covariance[:3, :3] += np.outer(axis, axis) * variance / (sine * self.scale) ** 2
+            return replace(self, covariance=covariance)
+        # That of others are the constant coefficient, and the radius of a tube.
         shift = -1 if self.kind is Kind.TORUS else 0
         covariance[shift, shift] += variance / self.scale**2
         return replace(self, covariance=covariance)

@@ -19,7 +19,7 @@ from touchatlas.atlas.edges.blunt_edges import (
 from touchatlas.atlas.labels.grow import Evidence, Growth, evenly, growths, planes_from
 from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
-from touchatlas.atlas.pieces.kinds import LABEL_KINDS, SIMPLE_LAWS, Kind
+from touchatlas.atlas.pieces.kinds import CLOSED_FORMS, LABEL_KINDS, SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.piece import Piece
 
 # Root mean square by which a kind of more parameters must follow the samples of a label more
@@ -57,10 +57,11 @@ def attempt(
 
 def shortest(evidence: Evidence, members, kinds: Iterable[Kind]) -> Piece | None:
     """The piece of least description for samples (m,) among some kinds, ascending; None where there
-    are too few samples for any. A torus takes longest, and is tried where no simpler kind fits."""
+    are too few samples for any. A cone and a torus take longest, and are tried where no simpler
+    kind fits."""
     best, least = None, np.inf
     for kind in kinds:
-        if kind is Kind.TORUS and best and evidence.is_good(evidence.nats(best, members)):
+        if kind in CLOSED_FORMS and best and evidence.is_good(evidence.nats(best, members)):
             continue
         core = evidence.fitting_core(kind, members)
         piece = evidence.fit(kind, core) if len(core) >= kind.parameters + 2 else None

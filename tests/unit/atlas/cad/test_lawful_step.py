@@ -15,11 +15,12 @@ from touchatlas.atlas.records.options import AtlasOptions
 
 NOISE, TOLERANCE = 0.02, 0.2
 # Touches after which a body is closed.
-TOUCHES = {"box": 60, "cut ball": 15, "bend": 30}
+TOUCHES = {"box": 60, "cut ball": 15, "bend": 30, "frustum": 20}
 FACES = {
     "box": {"Plane": 6},
     "cut ball": {"Plane": 1, "Sphere": 1},
     "bend": {"Plane": 2, "Cylinder": 2, "Torus": 1},
+    "frustum": {"Plane": 2, "Cone": 1},
 }
 # Faces of bodies with blunt edges, and the number of those that are fillets.
 ROUNDED = {

@@ -7,6 +7,7 @@ from tests.truths import random_rotation
 from touchatlas.atlas.pieces.fit_cylinder import fit_cylinder, refined_cylinder
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.laws import law_of
 
 NOISE = 0.02
 
@@ -28,6 +29,14 @@ def _ring(u, v):
     return 12.0 * radial + 4.0 * normal, normal
 
 
+def _funnel(u, along):
+    """Of a half angle of 0.3 rad, between heights of 12 and 20, a third of the way round."""
+    height, radial = 16.0 + along, np.stack([np.sin(u), np.cos(u), 0 * u], 1)
+    axis = np.array([0.0, 0.0, 1.0])
+    points = height[:, None] * (np.tan(0.3) * radial + axis)
+    return points, np.cos(0.3) * radial - np.sin(0.3) * axis
+
+
 def _saddle(x, y):
     normal = np.stack([-0.1 * x, 0.1 * y, 1.0 + 0 * x], 1)
     points = np.stack([x, y, 0.05 * (x * x - y * y)], 1)
@@ -44,6 +53,7 @@ LAWFUL = {
     Kind.PLANE: lambda a, b: (np.stack([a, b, 0 * a], 1), np.stack([0 * a, 0 * a, 0 * a + 1], 1)),
     Kind.SPHERE: lambda a, b: _ball(a / 9.0, b / 9.0),
     Kind.CYLINDER: lambda a, b: _tube(a / 5.0, b),
+    Kind.CONE: lambda a, b: _funnel(a / 4.0, b),
     Kind.TORUS: lambda a, b: _ring(a / 4.0, b / 3.0),
     Kind.QUADRIC: _saddle,
     Kind.QUARTIC: _wave,
@@ -123,7 +133,7 @@ def test_a_boss_and_a_hole_have_the_same_radius(side):
     assert abs(cylinder.axis[1]) > np.cos(0.01)
 
 
-@pytest.mark.parametrize("kind", [Kind.CYLINDER, Kind.TORUS])
+@pytest.mark.parametrize("kind", [Kind.CYLINDER, Kind.CONE, Kind.TORUS])
 def test_flat_samples_are_of_no_kind_that_is_bent(kind):
     points, normals = drawn(Kind.PLANE, np.random.default_rng(4))
     assert fit_piece(kind, points, normals, NOISE) is None
@@ -157,7 +167,7 @@ def test_a_part_of_a_ring_leads_to_the_whole(part):
     assert found >= 11
 
 
-@pytest.mark.parametrize("kind", [kind for kind in Kind if kind not in (Kind.CYLINDER, Kind.TORUS)])
+@pytest.mark.parametrize("kind", [Kind.PLANE, Kind.SPHERE, *list(Kind)[Kind.QUADRIC :]])
 def test_a_linear_fit_gives_a_piece_of_flat_samples(kind):
     """It follows them within their noise: the prior holds what they leave open."""
     points, normals = drawn(Kind.PLANE, np.random.default_rng(6))
@@ -177,3 +187,21 @@ def test_distances_of_spheres_and_cylinders_are_exact_far_from_them(kind, radius
     true = np.linalg.norm(across, axis=1) - radius
     # The samples are exact; the priors of the fit move its coefficients by some 1e-8.
     assert np.abs(piece.at(far)[0] - true).max() < 1e-5
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_cone_and_a_countersink_have_the_same_angle_and_apex(side):
+    points, normals = drawn(Kind.CONE, np.random.default_rng(7))
+    noisy = points + NOISE * np.random.default_rng(8).normal(size=points.shape)
+    law = law_of(fit_piece(Kind.CONE, noisy, side * normals, NOISE), noisy, NOISE)
+    assert law.words.startswith("cone" if side > 0.0 else "hollow cone")
+    assert abs(law.numbers["half_angle"] - 0.3) < 3.0 * law.numbers["half_angle_std"] < 0.02
+    assert np.linalg.norm(law.numbers["apex"]) < 4.0 * np.sqrt(3.0) * law.numbers["apex_std"] < 1.0
+    assert law.numbers["axis"][2] > np.cos(4.0 * law.numbers["axis_std"])
+
+
+def test_a_cylinder_is_no_cone():
+    """Its apex would be farther than samples show."""
+    points, normals = drawn(Kind.CYLINDER, np.random.default_rng(9))
+    noisy = points + 1e-3 * NOISE * np.random.default_rng(8).normal(size=points.shape)
+    assert fit_piece(Kind.CONE, noisy, normals, 1e-3 * NOISE) is None

@@ -79,6 +79,19 @@ def test_a_bent_rod_is_two_planes_two_cylinders_and_a_torus():
     assert Counter(kinds) == {EdgeKind.SMOOTH_RIM: 2, EdgeKind.SHARP_CONVEX: 2}
 
 
+@pytest.mark.parametrize(("name", "narrows"), [("frustum", 10.0), ("draft", 2.0)])
+def test_a_frustum_is_two_planes_and_a_cone(name, narrows):
+    """With its angle, that of a draft of casting as well; its ends are edges."""
+    body = known_body(name, 15)
+    laws = [face.law for face in body.faces.faces]
+    assert sorted(law.kind for law in laws) == ["cone", "plane", "plane"]
+    [cone] = [law.numbers for law in laws if law.kind == "cone"]
+    off = abs(cone["half_angle"] - np.arctan(narrows / 40.0))
+    assert off < 5.0 * cone["half_angle_std"] < 2e-3
+    kinds = [edge.kind for edge in body.faces.edges]
+    assert kinds == [EdgeKind.SHARP_CONVEX, EdgeKind.SHARP_CONVEX]
+
+
 def test_samples_that_nothing_explains_keep_no_label():
     """Three contours of noise beside a ball: no law holds them, and none is dropped."""
     points, outward, planes, noise = touched("sphere", 30)
