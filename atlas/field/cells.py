@@ -197,8 +197,7 @@ class Cells:
         self, reach: float
     ) -> tuple[np.ndarray, np.ndarray, dict[int, list[tuple[int, int, cKDTree]]]]:
         """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and, by
-        the keys of those whose votes contradict each other, each face with its vote, 0 for inside
-        and 1 for outside, and its samples that cast it."""
+        the keys of those whose votes contradict each other, these at smooth rims."""
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
@@ -222,16 +221,25 @@ class Cells:
         contrary = 0.5 * (count - np.abs(total))
         agreed = (contrary <= np.maximum(1, 1e-3 * count)) & (total != 0.0)
         labels = np.where(agreed & (count >= 3), np.sign(total), 0.0)
+        inside, outside = np.split(which, 2)
         contested = {
-            int(keys[k]): [
-                (face, side, cKDTree(faces.points[mine[faces.of[mine] == face]]))
-                for side, of in enumerate(np.split(which, 2))
-                for mine in [voters[of == k]]
-                for face in np.unique(faces.of[mine]).tolist()
-            ]
+            int(keys[k]): self._at_rims(voters[inside == k], voters[outside == k])
             for k in np.flatnonzero(~agreed).tolist()
         }
         return keys, labels, contested
+
+    def _at_rims(self, inside, outside) -> list[tuple[int, int, cKDTree]]:
+        """The samples of each face that vote for inside, 0, and for outside, 1, of samples (m,) and
+        (k,) that do; none where no smooth rim joins faces with contrary votes."""
+        faces = self._trees.faces
+        own = [np.unique(faces.of[votes]).tolist() for votes in (inside, outside)]
+        if not self._rims.join(*own):
+            return []
+        return [
+            (face, side, cKDTree(faces.points[votes[faces.of[votes] == face]]))
+            for side, votes in enumerate((inside, outside))
+            for face in own[side]
+        ]
 
     def _ends_of_faces(self) -> dict[bool, list[tuple[int, int]]]:
         """By whether it is convex, each edge at which all samples of a face end: that face and the
@@ -318,6 +326,8 @@ class Cells:
         at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
         out = np.where(self._keys[at] == keys, self._labels[at], 0.0)
         for key in self._contested.keys() & set(np.unique(keys).tolist()):
+            if not self._contested[key]:
+                continue
             rows = np.flatnonzero(keys == key)
             inside, outside = self._nearest_votes(key, points[rows])
             out[rows[2.0 * inside < outside]] = -1.0

@@ -29,6 +29,11 @@ class SmoothRims:
         # Points of each rim, and the directions (m, 3) from there to its first face.
         self._rims = [(rim, tree := curve_tree(rim), self._to_first(rim, tree)) for rim in rims]
 
+    def join(self, some, others) -> bool:
+        """Whether a rim joins one of some faces and one of others."""
+        pairs = [{edge.first, edge.second} for edge, _, _ in self._rims]
+        return any({one, other} in pairs for one in some for other in others)
+
     def sides(self, faces, points) -> list[tuple[int, np.ndarray, np.ndarray]]:
         """Of the rims of some faces, each face (of both that a rim has), how far its curves are
         from points (n, 3), and whether (n,) these are on the side of the other face."""
