@@ -15,7 +15,6 @@ from tests.lawful import (
 from touchatlas.sim.study.bodies import slab
 
 
-@pytest.mark.xfail(strict=True, reason="labels beside rims are of either face: docs/limits.md")
 def test_the_far_side_of_a_rounded_rim_is_no_surface_inside_of_a_plate():
     """The rims of a plate of 70 x 50 x 10 are half cylinders of radius 4.9, whose far sides pass
     its middle. Points there were outside of them, and the surface had pieces inside of the body,
