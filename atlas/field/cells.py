@@ -4,12 +4,12 @@ from functools import cache
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from touchatlas.atlas.field.alike_faces import alike_faces
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.rounded_edges import are_rounded, ball_distances
 from touchatlas.atlas.field.smooth_rims import SmoothRims
+from touchatlas.atlas.field.votes import Votes
 
 
 class Cells:
@@ -22,10 +22,6 @@ class Cells:
     cell without votes has no label). A face ends at its edges, so that it divides nothing beyond
     them: three of the four parts beside an edge are one cell. A sample beside a blunt edge, where
     the rounding is on another side than the faces, has no vote.
-
-    At a smooth rim a face ends without an edge: the wall of a cup and the air above its round lip
-    are one cell, whose votes contradict each other. Such a cell has a label where the votes of one
-    side are much nearer, but for those of faces that end at a rim between them and the point.
 
     Parameters
     ----------
@@ -58,7 +54,7 @@ class Cells:
             for edge, pair in zip(blunt, pairs, strict=True)
             if pair in every and pair[::-1] in every
         ]
-        self._keys, self._labels, self._contested = self._votes(reach)
+        self._votes = self._votes_of_samples(reach)
 
     @property
     def same_surface(self) -> np.ndarray:
@@ -75,9 +71,9 @@ class Cells:
         distances = self._of_surfaces(at.points, at.distances)
         outside, count = distances > 0.0, len(distances)
         nearest = np.lexsort((np.abs(distances), self._off(at, distances)))[:, 0]
-        label = self._label(self._key(outside), at.points)
+        label = self._votes.labels(self._key(outside), at.points)
         beyond = self._across(outside, np.arange(count), nearest[:, None])
-        shown = (label != 0.0) & (self._label(beyond, at.points) == -label)
+        shown = (label != 0.0) & (self._votes.labels(beyond, at.points) == -label)
         shown &= self._may_bound(distances[np.arange(count), nearest], nearest, label)
         decides, chosen = np.full(count, -1), np.zeros((count, 5))
         self._move(at, nearest, label, np.flatnonzero(shown), decides, chosen)
@@ -110,7 +106,7 @@ class Cells:
         """
         distances = self._of_surfaces(at.points, at.distances)
         outside, off = distances > 0.0, self._off(at, distances)
-        label, before = self._label(self._key(outside), at.points), _side(chosen[:, 0])
+        label, before = self._votes.labels(self._key(outside), at.points), _side(chosen[:, 0])
         shown, label = label != 0.0, np.where(label == 0.0, before, label)
         order = np.lexsort((np.abs(distances), off))[:, : min(6, np.count_nonzero(self._bits))]
         # On the face itself either side may be told: that of another face of its surface.
@@ -135,8 +131,7 @@ class Cells:
         nearer = nearness < np.abs(chosen[:, :1])
         rows, column = np.nonzero(nearer)
         across = self._across(outside, rows, order[rows, column][:, None])
-        unsure = self._label(across, at.points[rows]) == 0.0
-        nearer[rows, column] = unsure & np.isin(across, list(self._contested))
+        nearer[rows, column] = self._votes.contradict(across, at.points[rows])
         confirmed &= shown & ~wrong & ~nearer.any(axis=1)
         self._move(at, found, label, moved, decides, chosen)
         return np.flatnonzero(wrong & (found < 0)), confirmed
@@ -159,7 +154,7 @@ class Cells:
         rows, which = np.nonzero(asked[:, subsets[:, 0]])
         padded = np.column_stack([order, np.full(len(order), -1)])
         crossed = padded[rows[:, None], subsets[which]]
-        beyond = self._label(self._across(outside, rows, crossed), points[rows])
+        beyond = self._votes.labels(self._across(outside, rows, crossed), points[rows])
         return rows, crossed[:, 0], beyond
 
     def _of_surfaces(self, points, distances) -> np.ndarray:
@@ -193,11 +188,9 @@ class Cells:
             mine = moved[decides[moved] == k]
             chosen[mine] = at.values(k, mine)
 
-    def _votes(
-        self, reach: float
-    ) -> tuple[np.ndarray, np.ndarray, dict[int, list[tuple[int, int, cKDTree]]]]:
-        """The keys of cells, ascending, and their labels: 1 outside, -1 inside, 0 unknown; and, by
-        the keys of those whose votes contradict each other, these at smooth rims."""
+    def _votes_of_samples(self, reach: float) -> Votes:
+        """The votes of all samples that are clearly on one side of each other face, and not beside
+        a rounding on another side than its faces are."""
         faces = self._trees.faces
         samples = np.concatenate([face.samples for face in faces.faces])
         own, way = self._one[faces.of[samples]], self._way[faces.of[samples]]
@@ -209,37 +202,10 @@ class Cells:
         clear[rows, own] = True
         clear |= self._bits == 0
         outside[rows, own] = way < 0.0
-        votes = clear.all(axis=1) & ~rounded
         inner = self._key(outside)
         outer = self._across(outside, rows, own[:, None])
-        votes &= inner != outer
-        inner, outer, voters = inner[votes], outer[votes], samples[votes]
-        keys, which = np.unique(np.concatenate([inner, outer]), return_inverse=True)
-        vote = np.repeat([-1.0, 1.0], len(inner))
-        count, total = np.bincount(which, minlength=len(keys)), np.bincount(which, vote, len(keys))
-        # Wrong labels cast a contrary vote now and then, and one of three may decide.
-        contrary = 0.5 * (count - np.abs(total))
-        agreed = (contrary <= np.maximum(1, 1e-3 * count)) & (total != 0.0)
-        labels = np.where(agreed & (count >= 3), np.sign(total), 0.0)
-        inside, outside = np.split(which, 2)
-        contested = {
-            int(keys[k]): self._at_rims(voters[inside == k], voters[outside == k])
-            for k in np.flatnonzero(~agreed).tolist()
-        }
-        return keys, labels, contested
-
-    def _at_rims(self, inside, outside) -> list[tuple[int, int, cKDTree]]:
-        """The samples of each face that vote for inside, 0, and for outside, 1, of samples (m,) and
-        (k,) that do; none where no smooth rim joins faces with contrary votes."""
-        faces = self._trees.faces
-        own = [np.unique(faces.of[votes]).tolist() for votes in (inside, outside)]
-        if not self._rims.join(*own):
-            return []
-        return [
-            (face, side, cKDTree(faces.points[votes[faces.of[votes] == face]]))
-            for side, votes in enumerate((inside, outside))
-            for face in own[side]
-        ]
+        votes = clear.all(axis=1) & ~rounded & (inner != outer)
+        return Votes(faces, self._rims, samples[votes], inner[votes], outer[votes])
 
     def _ends_of_faces(self) -> dict[bool, list[tuple[int, int]]]:
         """By whether it is convex, each edge at which all samples of a face end: that face and the
@@ -318,34 +284,6 @@ class Cells:
         """(n,) keys of the cells outside of faces (n, f)."""
         outside = self._canonical(outside)
         return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
-
-    def _label(self, keys, points) -> np.ndarray:
-        """(n,) labels of the cells of keys (n,) at points (n, 3) in them, 0 where there is none."""
-        if not len(self._keys):
-            return np.zeros(np.shape(keys))
-        at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
-        out = np.where(self._keys[at] == keys, self._labels[at], 0.0)
-        for key in self._contested.keys() & set(np.unique(keys).tolist()):
-            if not self._contested[key]:
-                continue
-            rows = np.flatnonzero(keys == key)
-            inside, outside = self._nearest_votes(key, points[rows])
-            out[rows[2.0 * inside < outside]] = -1.0
-            out[rows[2.0 * outside < inside]] = 1.0
-        return out
-
-    def _nearest_votes(self, key: int, points) -> np.ndarray:
-        """(2, n) distances of points (n, 3) from the votes in a cell for inside and for outside: of
-        each face the third one, as one of three may be wrong."""
-        votes, out = self._contested[key], np.full((2, len(points)), np.inf)
-        rims = self._rims.sides([face for face, _, _ in votes], points)
-        for face, side, tree in votes:
-            away = tree.query(points, k=[3])[0][:, 0]
-            for own, off, is_beyond in rims:
-                if own == face:
-                    away[is_beyond & (off < 2.0 * away)] = np.inf
-            out[side] = np.minimum(out[side], away)
-        return out
 
 
 def _side(distance) -> np.ndarray:

@@ -126,8 +126,8 @@ def _cone(piece: Piece) -> Law:
         f"apex {vector(apex, apex_std)}, axis {vector(axis)}"
     )
     numbers = {"half_angle": float(abs(cone[6])), "half_angle_std": float(deviations[6])}
-    numbers |= {"axis": axis.tolist(), "axis_std": tilt}
-    return Law("cone", words, numbers | {"apex": apex.tolist(), "apex_std": apex_std})
+    placed = {"apex": apex.tolist(), "apex_std": apex_std, "axis": axis.tolist(), "axis_std": tilt}
+    return Law("cone", words, numbers | placed)
 
 
 def _torus(piece: Piece) -> Law:
