@@ -66,18 +66,34 @@ def check_touch(state: AtlasState, touch: Touch) -> None:
     Raises
     ------
     ValueError
-        See ``check_tip`` and ``check_unit_of_length``.
+        See ``check_tip``, ``check_noise`` and ``check_unit_of_length``.
     """
     if not isinstance(touch, Touch):
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is TouchStatus.TOUCHED:
         check_tip(state, f"touch {touch.number}", touch.tip_radius)
     contours, _ = _good_contours(touch)
+    check_noise(state, f"touch {touch.number}", [contour.noise_std for contour in contours])
     # The first three touches are small.
     if contours and state.touches >= 3:
         points = np.concatenate([contour.points for contour in contours])
         name, stds = f"touch {touch.number}", stds_of(state, contours)
         check_unit_of_length(state, name, points, stds, touch.approach)
+
+
+def check_noise(state: AtlasState, name: str, noise) -> None:
+    """Refuse samples without any error, stated in noise (n,), length, or borne.
+
+    Raises
+    ------
+    ValueError
+        When some state no noise, and the atlas bears no lack of fit.
+    """
+    if not state.options.bias > 0.0 and np.min(noise, initial=np.inf) == 0.0:
+        raise ValueError(
+            f"{name} states a noise of 0, and AtlasOptions(bias=0) bears no lack of fit; state a "
+            "noise_std > 0, or leave the bias at its default"
+        )
 
 
 def check_tip(state: AtlasState, name: str, radius: float) -> None:

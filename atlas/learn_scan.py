@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.learn import (
+    check_noise,
     check_tip,
     check_unit_of_length,
     innovations,
@@ -58,9 +59,11 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     Raises
     ------
     ValueError
-        When the scan is out of all proportion to what was measured so far, or of another tip.
+        When the scan is out of all proportion to what was measured so far, of another tip, or
+        without any error.
     """
     check_tip(state, "the scan", scan.tip_radius)
+    check_noise(state, "the scan", scan.noise_std)
     stds, toward = np.hypot(scan.noise_std, state.bias), scan.toward
     outward = toward if scan.normals is None else scan.normals
     check_unit_of_length(state, "the scan", scan.points, stds, outward)

@@ -15,6 +15,7 @@ from touchatlas.atlas import (
     Atlas,
     AtlasOptions,
     Levels,
+    Scan,
     Touch,
     TouchStatus,
     extract_surface,
@@ -130,6 +131,20 @@ def test_what_is_no_touch_changes_nothing():
     with pytest.raises(ValueError, match="give a Touch"):
         atlas.add(contours())
     assert atlas.touches == len(atlas) == 0
+
+
+def test_samples_without_noise_need_a_bias():
+    """Otherwise each would be surer than any surface could be."""
+    exact = touch(contours(noise=0.0))
+    atlas = Atlas(0.1, AtlasOptions(bias=0.0))
+    with pytest.raises(ValueError, match="noise of 0, and AtlasOptions.bias=0. bears no"):
+        atlas.add(exact)
+    points = exact.contours[0].points
+    with pytest.raises(ValueError, match="the scan states a noise of 0"):
+        atlas.add(Scan(points, 0.0, normals=np.tile(UP, (len(points), 1))))
+    assert atlas.touches == len(atlas) == 0
+    assert not Atlas(0.1).add(exact).refused
+    assert not atlas.add(touch(contours())).refused
 
 
 def test_a_touch_is_learned_once():
