@@ -209,9 +209,13 @@ def outer_side(
     """
     if (measured := _measured_normal(touch.contact, contours)) is not None:
         return measured, ""
+    # Across an edge a quadric follows no contour.
+    if quadric is None or not _follows(quadric, touch, contours, state.levels.facing):
+        known = all(_faces_approach(state, touch, contour) for contour in contours)
+        if known and (quadric is not None or state.body is not None):
+            return touch.approach, ""
     if quadric is None:
-        known = state.body is not None and all(_faces_approach(state, touch, c) for c in contours)
-        return (touch.approach, "") if known else (None, _unseen(touch, contours))
+        return None, _unseen(touch, contours)
     [normal] = quadric.at(touch.contact[None])[1]
     facing = normal @ touch.approach
     if facing < 0.0:
@@ -221,6 +225,22 @@ def outer_side(
     if side == 0 and facing < np.sin(MOST_TILT):
         return None, _grazing(contours)
     return (-normal if side < 0 else normal), ""
+
+
+def _follows(quadric: Piece, touch: Touch, contours, facing: float) -> bool:
+    """Whether the normal of a quadric at the contact is on the side, by the least cosine of normals
+    that face the same one, of those that contours show there in their planes."""
+    [normal] = quadric.at(touch.contact[None])[1]
+    shown = np.array([_at_contact(contour, touch.contact, normal) for contour in contours])
+    planes = np.array([contour.plane.normal for contour in contours])
+    cosines = in_plane_cosines(np.tile(normal, (len(shown), 1)), shown, planes)
+    return not ((cosines != 0.0) & (cosines < facing)).any()
+
+
+def _at_contact(contour: Contour, contact, outward) -> np.ndarray:
+    """The normal (3,) of a contour toward ``outward`` (3,) where it is nearest to the contact."""
+    nearest = ((contour.points - contact) ** 2).sum(axis=1).argmin()
+    return np.asarray(contour_normals(contour, outward)[nearest])
 
 
 def _measured_normal(contact, contours) -> np.ndarray | None:
@@ -280,9 +300,7 @@ def _faces_approach(state: AtlasState, touch: Touch, contour: Contour) -> bool:
     little of that is known."""
     if side := _known_side(state, touch.approach, (contour,)):
         return side > 0
-    offset = contour.points - touch.contact
-    contact = (offset * offset).sum(axis=1).argmin()
-    normal = contour_normals(contour, touch.approach)[contact]
+    normal = _at_contact(contour, touch.contact, touch.approach)
     return bool(normal @ touch.approach >= state.levels.facing)
 
 

@@ -6,7 +6,8 @@ import pytest
 
 from tests.real import real_mesh
 from touchatlas.atlas import Atlas, extract_surface
-from touchatlas.planner import Planner, explore
+from touchatlas.patch import SamplingPlane
+from touchatlas.planner import Planner, ProbePlan, Reason, explore
 from touchatlas.sim import Probe
 
 MESHES = (
@@ -57,3 +58,23 @@ def test_an_atlas_of_a_real_mesh_stays_sound_and_lies_on_it(name, touches, reque
     off = distances(obj, surface.vertices)
     sure = surface.deviation <= 0.5 * obj.tolerance
     assert sure.any() and (off[sure] < 3.0 * obj.tolerance).mean() > 0.95
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_contours_beside_edges_face_outward_though_a_quadric_follows_none(seed):
+    """Three contours over the ridge of a wing: the quadric of their near arcs faces 75 degrees away
+    from the approach, which each contour faces. One of them was learned inside out, and the
+    surface had crumbs all along the wing."""
+    nut = real_mesh("wingnut_ode")
+    contact, approach = np.array([-0.949, 0.591, 0.724]), np.array([-0.677, 0.545, 0.494])
+    across = np.array([[0.579, -0.02, 0.815], [0.683, 0.716, 0.146], [0.104, 0.736, -0.669]])
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    planes = tuple(SamplingPlane(contact, normal) for normal in across)
+    approach /= np.linalg.norm(approach)
+    plan = ProbePlan(0, contact, approach, planes, 4.0, 0.0837, np.pi, Reason.START)
+    touch = Probe(nut, NOISE * nut.diagonal, np.random.default_rng(seed))(plan)
+    atlas = Atlas(1e-2 * nut.diagonal)
+    assert not atlas.add(touch).refused
+    nearest = igl.point_mesh_squared_distance(atlas.pool.points, nut.vertices, nut.faces)[1]
+    true = igl.per_face_normals(nut.vertices, nut.faces, np.zeros(3))[nearest]
+    assert ((atlas.pool.normals * true).sum(axis=1) > 0.0).mean() > 0.97
