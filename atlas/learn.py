@@ -211,8 +211,8 @@ def outer_side(
         return measured, ""
     # Across an edge a quadric follows no contour.
     if quadric is None or not _follows(quadric, touch, contours, state.levels.facing):
-        known = all(_faces_approach(state, touch, contour) for contour in contours)
-        if known and (quadric is not None or state.body is not None):
+        known = state.body is not None and all(_faces_approach(state, touch, c) for c in contours)
+        if known:
             return touch.approach, ""
     if quadric is None:
         return None, _unseen(touch, contours)
