@@ -116,10 +116,8 @@ def _cylinder(piece: Piece, points, std) -> Law:
 
 def _cone(piece: Piece) -> Law:
     cone, deviations = piece.coefficients, np.sqrt(np.diagonal(piece.covariance))
-    apex, axis = piece.origin + piece.scale * cone[:3] @ piece.axes, cone[3:6] @ piece.axes
+    apex, apex_std, axis, tilt = _axis_of(piece)
     angle, angle_std = np.rad2deg([abs(cone[6]), deviations[6]]).tolist()
-    apex_std = float(piece.scale * np.sqrt((deviations[:3] ** 2).mean()))
-    tilt = float(np.sqrt((deviations[3:6] ** 2).sum() / 2.0))
     side = "" if cone[6] > 0.0 else "hollow "
     words = (
         f"{side}cone, half angle {with_deviation(angle, angle_std)}°, "
@@ -132,13 +130,10 @@ def _cone(piece: Piece) -> Law:
 
 def _torus(piece: Piece) -> Law:
     torus, deviations = piece.coefficients, np.sqrt(np.diagonal(piece.covariance))
-    centre = piece.origin + piece.scale * torus[:3] @ piece.axes
-    axis = torus[3:6] @ piece.axes
+    centre, centre_std, axis, tilt = _axis_of(piece)
     axis = axis * (1.0 if axis[np.abs(axis).argmax()] > 0.0 else -1.0)
     ring, tube = (piece.scale * np.abs(torus[6:])).tolist()
     ring_std, tube_std = (piece.scale * deviations[6:]).tolist()
-    centre_std = float(piece.scale * np.sqrt((deviations[:3] ** 2).mean()))
-    tilt = float(np.sqrt((deviations[3:6] ** 2).sum() / 2.0))
     side = "" if torus[7] > 0.0 else "hollow "
     words = (
         f"{side}torus, radii {with_deviation(ring, ring_std)} and "
@@ -147,6 +142,16 @@ def _torus(piece: Piece) -> Law:
     numbers = {"radius": ring, "radius_std": ring_std, "tube_radius": tube}
     numbers |= {"tube_radius_std": tube_std, "axis": axis.tolist(), "axis_std": tilt}
     return Law("torus", words, numbers | {"centre": centre.tolist(), "centre_std": centre_std})
+
+
+def _axis_of(piece: Piece) -> tuple[np.ndarray, float, np.ndarray, float]:
+    """The point (3,) of a cone or torus, world, the standard deviation of a coordinate of it,
+    length, the axis (3,), a unit vector, and the standard deviation of its tilt, rad."""
+    variances = np.diagonal(piece.covariance)
+    point = piece.origin + piece.scale * piece.coefficients[:3] @ piece.axes
+    point_std = float(piece.scale * np.sqrt(variances[:3].mean()))
+    tilt = float(np.sqrt(variances[3:6].sum() / 2.0))
+    return point, point_std, piece.coefficients[3:6] @ piece.axes, tilt
 
 
 def _quadric(piece: Piece, points) -> Law:
