@@ -91,7 +91,7 @@ def _round_surface(face: Face, points, numbers) -> LawSurface | None:
     if face.kind == "cone":
         axes, half_angle = frame_about(np.array(numbers["axis"])), float(numbers["half_angle"])
         apex = np.array(numbers["apex"])
-        # Beside its samples, as the kernel writes no cone that begins at its apex.
+        # Amid its samples, where its radius is that of the cone there.
         height = float(((points - apex) @ axes[2]).mean())
         radius = height * float(np.tan(half_angle))
         return LawSurface("cone", apex + height * axes[2], axes, radius, half_angle=half_angle)

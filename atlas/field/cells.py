@@ -251,11 +251,10 @@ class Cells:
                 out[beyond, face] = np.maximum(out[beyond, face], away[beyond, other])
         for edge, pair in self._blunt:
             rows, ball = ball_distances(edge, at)
-            there = ~self._is_beyond(distances[rows], *pair) & ~self._is_beyond(
-                distances[rows], *pair[::-1]
-            )
-            rows = rows[there, None]
-            out[rows, pair] = np.maximum(out[rows, pair], ball[there, None])
+            beyond = self._is_beyond(distances[rows], *pair)
+            beyond |= self._is_beyond(distances[rows], *pair[::-1])
+            rows = rows[~beyond, None]
+            out[rows, pair] = np.maximum(out[rows, pair], ball[~beyond, None])
         return out
 
     def _is_beyond(self, distances, face: int, partner: int) -> np.ndarray:
