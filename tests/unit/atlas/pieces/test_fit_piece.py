@@ -205,3 +205,16 @@ def test_a_cylinder_is_no_cone():
     points, normals = drawn(Kind.CYLINDER, np.random.default_rng(9))
     noisy = points + 1e-3 * NOISE * np.random.default_rng(8).normal(size=points.shape)
     assert fit_piece(Kind.CONE, noisy, normals, 1e-3 * NOISE) is None
+
+
+def test_an_elliptic_cone_is_no_cone_but_a_quadric():
+    """With half axes of 1 and 0.8: its samples are up to a tenth of a radius off any round one."""
+    rng = np.random.default_rng(10)
+    u, height = rng.uniform(-np.pi, np.pi, 400), rng.uniform(12.0, 20.0, 400)
+    x, y, slope = np.cos(u), 0.8 * np.sin(u), 0.3 * np.ones(400)
+    points = np.stack([0.3 * height * x, 0.3 * height * y, height], axis=1)
+    normals = np.stack([x, y / 0.64, -slope], axis=1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    assert fit_piece(Kind.CONE, points, normals, NOISE) is None
+    quadric = fit_piece(Kind.QUADRIC, points, normals, NOISE)
+    assert np.abs(quadric.at(points)[0]).max() < NOISE
