@@ -9,7 +9,7 @@ import trimesh
 
 from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas, Levels
-from touchatlas.atlas.learn import outer_side, quadric_of_touch
+from touchatlas.atlas.touch_side import outer_side, quadric_of_touch
 from touchatlas.planner import Planner
 from touchatlas.planner.options import PlannerOptions
 from touchatlas.sim import Probe, make_object
