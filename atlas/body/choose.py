@@ -181,16 +181,24 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     """Nats in which a body describes its samples (Rissanen 1978, Schwarz 1978).
 
     A sample takes half its squared distance from the surface over its variance, and no more than
-    an unexplained one. A parameter takes half the logarithm of the number of samples. The number of
-    parameters that samples determine is the trace of the smoother: the sum of the variances of the
-    surface at the samples over that of a sample (Hastie, Tibshirani, Friedman, The Elements of
-    Statistical Learning, 2009, section 5.4.1).
+    an unexplained one. A parameter takes half the logarithm of the number of samples of its patch,
+    which are those that determine it. The number of parameters that samples determine is the trace
+    of the smoother: the sum of the variances of the surface at the samples over that of a sample
+    (Hastie, Tibshirani, Friedman, The Elements of Statistical Learning, 2009, section 5.4.1).
+    Labels of neighbours that differ are paid for as in the labelling (a Potts model).
     """
-    samples = body.samples
+    samples, faces = body.samples, body.faces
     found = body.field.at(samples.points)
     misfit = np.minimum(0.5 * (found.distance / samples.stds) ** 2, options.unexplained)
     freedom = np.minimum((found.deviation / samples.stds) ** 2, 1.0)
-    return float(misfit.sum() + 0.5 * np.log(len(samples)) * freedom.sum())
+    patch = body.field.trees.patches_at(samples.points, found.face)
+    counts = np.maximum(body.field.trees.sample_counts()[patch], 2)
+    length = float(misfit.sum() + 0.5 * (freedom * np.log(counts)).sum())
+    if body.is_one_face:
+        return length
+    graph = SampleGraph(samples, faces.links)
+    first, second = faces.of[graph.pairs].T
+    return length + options.boundary * float(graph.weights[first != second].sum())
 
 
 def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = FaceOptions()) -> bool:

@@ -248,6 +248,14 @@ class FreeFormSurface:
             out[mine] = self.sextics.piece(k).shape_operators(points[mine])
         return out
 
+    @property
+    def sample_counts(self) -> np.ndarray:
+        """Number (m,) of the samples within the radius of each sextic."""
+        sextics = self.sextics
+        return np.asarray(
+            self._samples.query_ball_point(sextics.origins, sextics.radii, return_length=True)
+        )
+
     @cached_property
     def radius(self) -> float:
         """Largest radius of a sextic, length."""
