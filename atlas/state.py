@@ -10,7 +10,7 @@ from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.body.less_tip import contacts, less_tip, rims_less_tip
 from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
-from touchatlas.atlas.samples.evidence import Evidence
+from touchatlas.atlas.samples.evidence import ProbeEvidence
 from touchatlas.atlas.samples.predictive_law import LATEST, PredictiveLaw, error_law_of
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -42,7 +42,7 @@ class AtlasState:
     innovations : (k, 6) float
         What the latest touches showed of the surface that was predicted before them; see
         ``innovations_of``.
-    evidence : Evidence
+    evidence : ProbeEvidence
         What the touches say of the probe itself: its noise, its planes, a shift of the object.
     bad_contacts : (b, 3) float, length, world
         Points of touches that were left out, because no curve explains them.
@@ -74,7 +74,7 @@ class AtlasState:
         self.ways = np.zeros((0, 2, 3))
         self.known_body = KnownBody()
         self.innovations = np.zeros((0, 6))
-        self.evidence = Evidence(alpha=options.levels.alpha, prior=options.noise_prior)
+        self.evidence = ProbeEvidence(alpha=options.levels.alpha, prior=options.noise_prior)
         self.bad_contacts = np.zeros((0, 3))
         self.settled = 0
         self.touches = 0

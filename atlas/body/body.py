@@ -20,8 +20,10 @@ from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 # cube that the surface passes has all its corners there, see ``WITHIN_REACH``.
 HEIGHT = 0.4
 # Distance beyond its samples to which a face is known, in steps of its contours: a contour ends up
-# to a step before what stopped it. And beyond a rim, over the reach: triangles are cut at the rim.
-_BEYOND_SAMPLES, _BEYOND_RIM = 1.5, 0.25
+# to a step before what stopped it.
+_BEYOND_SAMPLES = 1.5
+# Distance beyond a rim to which the surface is known, over the reach: triangles are cut at the rim.
+_BEYOND_RIM = 0.25
 
 
 class Body:

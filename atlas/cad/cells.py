@@ -70,6 +70,8 @@ def _large_face(surface: LawSurface, middle, half: float):
         return BRepBuilderAPI_MakeFace(gp_Sphere(frame, surface.radius)).Face()
     if surface.kind == "torus":
         return BRepBuilderAPI_MakeFace(gp_Torus(frame, surface.ring, surface.radius)).Face()
+    if surface.kind != "cone":
+        raise ValueError(f"no face is made of a surface of the kind {surface.kind!r}")
     cone, height = gp_Cone(frame, surface.half_angle, surface.radius), offset @ axis
     low, high = (np.array([height - half, height + half]) / np.cos(surface.half_angle)).tolist()
     apex = -surface.radius / np.sin(surface.half_angle)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import bdtrc, fdtrc, pdtrc
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
-from touchatlas.atlas.samples.evidence import Evidence, Shift
+from touchatlas.atlas.samples.evidence import ProbeEvidence, Shift
 from touchatlas.atlas.samples.predictive_law import LawPrior
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
@@ -67,7 +67,7 @@ def faults(atlas: AtlasState) -> tuple[Fault, ...]:
 
 
 def larger_noise(atlas: AtlasState) -> Fault | None:
-    """Noise that is larger than stated: see ``Evidence.noise_factor``."""
+    """Noise that is larger than stated: see ``ProbeEvidence.noise_factor``."""
     evidence = atlas.evidence
     factor = evidence.noise_factor
     if factor == 1.0:
@@ -204,7 +204,7 @@ def _chance_of(square: float, touches: int) -> float:
     return float(fdtrc(3.0, LawPrior.freedom * touches, square / 3.0))
 
 
-def _of_squares(name: str, words: str, size: float, evidence: Evidence, of: str) -> Fault:
+def _of_squares(name: str, words: str, size: float, evidence: ProbeEvidence, of: str) -> Fault:
     """The fault that the squares of a name tell."""
     expected = evidence.sum(f"{of}_freedom")
     return Fault(name, words, size, evidence.sum(of), expected, evidence.chance_of(of), NOWHERE)

@@ -32,6 +32,14 @@ def value_gradient_terms(cone, points) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return side * (cosine * rho - sine * height), gradient, out
 
 
+def offset(cone) -> np.ndarray:
+    """(7,) change of the coefficients, over the distance by which it moves the surface outward: the
+    apex along the axis."""
+    out = np.zeros(7)
+    out[:3] = -cone[3:6] / np.sin(cone[6])
+    return out
+
+
 def hessians(cone, points) -> np.ndarray:
     """(n, 3, 3) second derivatives of the distance from a cone at points (n, 3): cos α / rho about
     the axis."""

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.linear_fit import frame_of, linear_fit
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.frame import any_tangent
@@ -61,9 +62,10 @@ class Cylinder:
         return Cylinder(point, axis, self.radius + change[2], self.outward, self.covariance)
 
 
-def fit_cylinder(start: Piece, points, std) -> Piece | None:
-    """The cylinder that fits points (n, 3) best, as a piece, or None where the samples bend too
-    little, or too much both ways."""
+def fit_cylinder(points, normals, std) -> Piece | None:
+    """The cylinder that fits samples (n, 3) best, started from their quadric; None where they bend
+    too little, or too much both ways."""
+    start = linear_fit(Kind.QUADRIC, points, *frame_of(points, normals), std)
     cylinder = refined_cylinder(start, points, std)
     return None if cylinder is None else cylinder_piece(cylinder, start)
 

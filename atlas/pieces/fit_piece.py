@@ -1,11 +1,20 @@
 """Fit a piece of a kind to samples."""
 
+from collections.abc import Callable
+
 from touchatlas.atlas.pieces.fit_cone import fit_cone
 from touchatlas.atlas.pieces.fit_cylinder import fit_cylinder
 from touchatlas.atlas.pieces.fit_torus import fit_torus
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.linear_fit import frame_of, linear_fit
 from touchatlas.atlas.pieces.piece import Piece
+
+# Fits of points, normals and deviations; that of any other kind is linear.
+_FITS: dict[Kind, Callable[..., Piece | None]] = {
+    Kind.CYLINDER: fit_cylinder,
+    Kind.CONE: fit_cone,
+    Kind.TORUS: fit_torus,
+}
 
 
 def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
@@ -35,11 +44,6 @@ def fit_piece(kind: Kind, points, normals, std) -> Piece | None:
     >>> float(abs(ball.at(60.0 * direction[:3])[0] - 27.0).max().round(3))
     0.0
     """
-    frame = frame_of(points, normals)
-    if kind is Kind.CYLINDER:
-        return fit_cylinder(linear_fit(Kind.QUADRIC, points, *frame, std), points, std)
-    if kind is Kind.CONE:
-        return fit_cone(points, normals, std)
-    if kind is Kind.TORUS:
-        return fit_torus(points, normals, std)
-    return linear_fit(kind, points, *frame, std)
+    if kind in _FITS:
+        return _FITS[kind](points, normals, std)
+    return linear_fit(kind, points, *frame_of(points, normals), std)

@@ -132,6 +132,14 @@ def value_gradient_terms(kind: Kind, coefficients, scaled):
     return *value_and_gradient(kind, coefficients, scaled, terms), terms
 
 
+def offset(kind: Kind, coefficients) -> np.ndarray:
+    """(t,) change of the coefficients, over the distance by which it moves the surface outward: of
+    a polynomial the constant, along the normal at the origin."""
+    if kind in CLOSED_FORMS:
+        return np.asarray(CLOSED_FORMS[kind].offset(coefficients))
+    return np.eye(len(coefficients))[0]
+
+
 def hessians(kind: Kind, coefficients, scaled) -> np.ndarray:
     """(n, 3, 3) second derivatives of F at scaled local points (n, 3)."""
     if kind in CLOSED_FORMS:

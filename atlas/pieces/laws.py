@@ -1,5 +1,6 @@
 """Laws in words and numbers: the plane, sphere, cylinder, cone or torus that a piece is."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,22 +44,12 @@ def law_of(piece: Piece, points, std) -> Law:
     ValueError
         For a quartic, which obeys no law.
     """
-    if piece.kind is Kind.PLANE:
-        return _plane(piece)
-    if piece.kind is Kind.SPHERE:
-        return _sphere(piece)
-    if piece.kind is Kind.CYLINDER:
-        return _cylinder(piece, points, std)
-    if piece.kind is Kind.CONE:
-        return _cone(piece)
-    if piece.kind is Kind.TORUS:
-        return _torus(piece)
-    if piece.kind is Kind.QUADRIC:
-        return _quadric(piece, points)
-    raise ValueError("a quartic has no law; its face is free-form")
+    if piece.kind not in _LAWS:
+        raise ValueError("a quartic has no law; its face is free-form")
+    return _LAWS[piece.kind](piece, points, std)
 
 
-def _plane(piece: Piece) -> Law:
+def _plane(piece: Piece, *_) -> Law:
     foot = piece.feet(piece.origin[None])
     normal = piece.at(foot)[1][0]
     # The two slopes are coefficients of x and y, over cos of a small tilt.
@@ -70,7 +61,7 @@ def _plane(piece: Piece) -> Law:
     return Law("plane", words, numbers | {"level_std": deviation})
 
 
-def _sphere(piece: Piece) -> Law:
+def _sphere(piece: Piece, *_) -> Law:
     """|x - c| = r from z = c0 + c1 x + c2 y + c3 (x^2 + y^2 + z^2)."""
 
     def centre_and_radius(c):
@@ -100,7 +91,7 @@ def _sphere(piece: Piece) -> Law:
 def _cylinder(piece: Piece, points, std) -> Law:
     cylinder = refined_cylinder(piece, points, std)
     if cylinder is None:
-        return _quadric(piece, points)
+        return _quadric(piece)
     axis = cylinder.axis * (1.0 if cylinder.axis[np.abs(cylinder.axis).argmax()] > 0.0 else -1.0)
     # The point of the axis that is nearest to the samples' mean.
     point = cylinder.point + ((points.mean(axis=0) - cylinder.point) @ axis) * axis
@@ -114,7 +105,7 @@ def _cylinder(piece: Piece, points, std) -> Law:
     return Law("cylinder", words, numbers | {"axis_std": tilt, "point": point.tolist()})
 
 
-def _cone(piece: Piece) -> Law:
+def _cone(piece: Piece, *_) -> Law:
     cone, deviations = piece.coefficients, np.sqrt(np.diagonal(piece.covariance))
     apex, apex_std, axis, tilt = _axis_of(piece)
     angle, angle_std = np.rad2deg([abs(cone[6]), deviations[6]]).tolist()
@@ -128,7 +119,7 @@ def _cone(piece: Piece) -> Law:
     return Law("cone", words, numbers | placed)
 
 
-def _torus(piece: Piece) -> Law:
+def _torus(piece: Piece, *_) -> Law:
     torus, deviations = piece.coefficients, np.sqrt(np.diagonal(piece.covariance))
     centre, centre_std, axis, tilt = _axis_of(piece)
     axis = axis * (1.0 if axis[np.abs(axis).argmax()] > 0.0 else -1.0)
@@ -154,7 +145,7 @@ def _axis_of(piece: Piece) -> tuple[np.ndarray, float, np.ndarray, float]:
     return point, point_std, piece.coefficients[3:6] @ piece.axes, tilt
 
 
-def _quadric(piece: Piece, points) -> Law:
+def _quadric(piece: Piece, *_) -> Law:
     """Principal curvatures in the middle, positive where the surface bends toward the outside."""
     foot = piece.feet(piece.origin[None])
     shape = -piece.shape_operators(foot)[0]
@@ -164,6 +155,17 @@ def _quadric(piece: Piece, points) -> Law:
     words = f"quadric, principal curvatures {high:.3g} and {low:.3g} in the middle"
     numbers = {"k1": float(high), "k2": float(low), "middle": foot[0].tolist()}
     return Law("quadric", words, numbers)
+
+
+# From a piece, its samples (n, 3) and their deviations.
+_LAWS: dict[Kind, Callable[..., Law]] = {
+    Kind.PLANE: _plane,
+    Kind.SPHERE: _sphere,
+    Kind.CYLINDER: _cylinder,
+    Kind.CONE: _cone,
+    Kind.TORUS: _torus,
+    Kind.QUADRIC: _quadric,
+}
 
 
 def with_deviation(value: float, deviation: float) -> str:

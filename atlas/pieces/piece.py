@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.atlas.pieces.kinds import Kind, hessians, value_gradient_terms
+from touchatlas.atlas.pieces.kinds import Kind, hessians, offset, value_gradient_terms
 
 # Least gradient of F over that at the origin: below it the zero set is near a point where it
 # crosses itself, as two faces of a cube do that are one quadric. Doubled, half an ellipsoid is not
@@ -130,16 +130,9 @@ class Piece:
 
     def loosened(self, variance: float) -> "Piece":
         """The same surface, its distance at the origin less sure by a variance, length^2."""
-        covariance = self.covariance.copy()
-        if self.kind is Kind.CONE:
-            # A shift of the apex along the axis moves all of the surface.
-            axis, sine = self.coefficients[3:6], np.sin(self.coefficients[6])
-            covariance[:3, :3] += np.outer(axis, axis) * variance / (sine * self.scale) ** 2
-            return replace(self, covariance=covariance)
-        # That of others are the constant coefficient, and the radius of a tube.
-        shift = -1 if self.kind is Kind.TORUS else 0
-        covariance[shift, shift] += variance / self.scale**2
-        return replace(self, covariance=covariance)
+        change = offset(self.kind, self.coefficients)
+        more = np.outer(change, change) * variance / self.scale**2
+        return replace(self, covariance=self.covariance + more)
 
     def feet(self, points, steps: int = 2) -> np.ndarray:
         """(n, 3) points moved onto the surface along its normals."""

@@ -34,6 +34,12 @@ def value_gradient_terms(torus, points) -> tuple[np.ndarray, np.ndarray, np.ndar
     return side * distance - torus[7], gradient, out
 
 
+def offset(torus) -> np.ndarray:
+    """(8,) change of the coefficients, over the distance by which it moves the surface outward: the
+    radius of the tube."""
+    return np.eye(len(torus))[7]
+
+
 def hessians(torus, points) -> np.ndarray:
     """(n, 3, 3) second derivatives of the distance from a torus at points (n, 3): 1/d along the
     tube's meridian, (rho - R) / (d rho) about the axis."""

@@ -1,4 +1,4 @@
-"""Evidence: what the touches say of the probe itself, whatever the shape of the object.
+"""ProbeEvidence: what the touches say of the probe itself, whatever the shape of the object.
 
 The part of a sample across its plane, the rest of a short curve, and the misses of curves that meet
 at one contact are of the probe alone. Their squares over the stated variance follow chi-square
@@ -161,7 +161,7 @@ WIDTH = len(_NUMBERS) + 13
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class ProbeEvidence:
     """What all touches say of the probe.
 
     Parameters
@@ -223,7 +223,7 @@ class Evidence:
         A hundred squares of nine each, in both:
 
         >>> touch = TouchEvidence(0, 100, 0, 900.0, 100.0, 900.0, 100.0)
-        >>> round(Evidence((touch,)).noise_factor, 2)
+        >>> round(ProbeEvidence((touch,)).noise_factor, 2)
         2.94
         """
         if not self.refutes("across", "within"):
@@ -243,7 +243,7 @@ class Evidence:
         more = self.sum("miss_length") - self.sum("miss_noise")
         return float(np.sqrt(max(more / self.sum("miss_freedom"), 0.0)))
 
-    def and_of(self, number: int, contours, contact, bad: int) -> "Evidence":
+    def and_of(self, number: int, contours, contact, bad: int) -> "ProbeEvidence":
         """With one more touch: its number, contours without bad contacts, the contact (3,), and
         how many bad contacts there were."""
         tests = [test for contour in contours if (test := plane_test(contour)) is not None]
@@ -273,7 +273,7 @@ class Evidence:
         )
         return replace(self, touches=(*self.touches, found))
 
-    def with_shift(self, shift: Shift) -> "Evidence":
+    def with_shift(self, shift: Shift) -> "ProbeEvidence":
         """With the shift of the last touch."""
         last = replace(self.touches[-1], shift=shift)
         return replace(self, touches=(*self.touches[:-1], last))

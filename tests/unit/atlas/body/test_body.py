@@ -144,6 +144,18 @@ def test_a_face_is_known_among_its_samples_and_not_beyond(surface):
     assert not known[surface[:, 0] > 5.0 + 1.5 * STEP].any()
 
 
+def test_beyond_its_samples_a_face_is_known_for_a_step_and_a_half():
+    """The surface goes on past x = 5, where all samples end: their distance alone decides."""
+    half = exact_box(lambda points: points[:, 0] < 5.0)
+    surface = lawful_object("box").sample(20000, np.random.default_rng(0))[0]
+    beyond = surface[surface[:, 0] > 5.0]
+    samples = half.samples
+    away, nearest = cKDTree(samples.points).query(beyond)
+    steps, known = away / samples.steps[nearest], half.at(beyond)[1]
+    # The points are on the surface of the object, and not of the body: up to the noise.
+    assert known[steps < 1.49].all() and not known[steps > 1.51].any()
+
+
 def test_the_sides_of_a_face_that_nothing_touched_are_not_known_beyond_it():
     """Without a sample of the upper face, the planes of the sides go on upwards as unknown."""
     open_box = exact_box(lambda points: points[:, 2] < HALF[2] - 0.1)

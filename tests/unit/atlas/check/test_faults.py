@@ -9,7 +9,7 @@ from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas, doubts
 from touchatlas.atlas.check.faults import bad_contacts, faults, moved_object, slipped_contacts
 from touchatlas.atlas.learn import compared
-from touchatlas.atlas.samples.evidence import Evidence, Shift, TouchEvidence
+from touchatlas.atlas.samples.evidence import ProbeEvidence, Shift, TouchEvidence
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
@@ -148,4 +148,4 @@ def test_the_first_place_is_touched_again():
 
 
 def test_evidence_of_nothing_names_nothing():
-    assert not faults(Atlas(0.1)) and Evidence().noise_factor == 1.0
+    assert not faults(Atlas(0.1)) and ProbeEvidence().noise_factor == 1.0

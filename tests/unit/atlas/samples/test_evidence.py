@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from touchatlas.atlas.samples.evidence import (
-    Evidence,
+    ProbeEvidence,
     Shift,
     TouchEvidence,
     shift_of,
@@ -32,8 +32,10 @@ def touch_of_ball(rng, noise=NOISE, angles=(0.0, 1.05, 2.1)) -> tuple[Contour, .
     return tuple(out)
 
 
-def evidence_of(count: int, change=lambda contour, rng: contour, noise=NOISE, seed=0) -> Evidence:
-    rng, found = np.random.default_rng(seed), Evidence()
+def evidence_of(
+    count: int, change=lambda contour, rng: contour, noise=NOISE, seed=0
+) -> ProbeEvidence:
+    rng, found = np.random.default_rng(seed), ProbeEvidence()
     for _ in range(count):
         contours = tuple(change(c, rng) for c in touch_of_ball(rng, noise))
         kept, bad = without_bad(contours)
@@ -59,7 +61,7 @@ def test_a_sound_probe_stays_as_it_is_bit_for_bit():
     """A false alarm of one kind in a thousand explorations: none in six of ten touches."""
     contact = np.array([0.0, 0.0, RADIUS])
     for seed in range(6):
-        rng, found = np.random.default_rng(seed), Evidence()
+        rng, found = np.random.default_rng(seed), ProbeEvidence()
         for _ in range(10):
             contours = touch_of_ball(rng)
             found = found.and_of(0, contours, contact, 0)
@@ -85,7 +87,7 @@ def test_noise_smaller_than_the_stated_is_not_believed():
 def test_the_stated_noise_is_worth_as_many_samples_as_its_prior():
     """By hand: (p + S) / (p + n), for the lesser of the two kinds of squares."""
     touch = TouchEvidence(0, 100, 0, 900.0, 100.0, 1200.0, 100.0)
-    assert Evidence((touch,), prior=50.0).noise_factor == pytest.approx(np.sqrt(950.0 / 150.0))
+    assert ProbeEvidence((touch,), prior=50.0).noise_factor == pytest.approx(np.sqrt(950.0 / 150.0))
 
 
 def test_fine_detail_and_turned_planes_are_no_noise():
@@ -164,7 +166,7 @@ def test_bad_contacts_are_left_out_and_are_no_noise():
 
 def test_all_tests_of_an_exploration_share_one_chance():
     """1 / 2 + 1 / 6 + 1 / 12 + ... is 1."""
-    touches = [Evidence((TouchEvidence(),) * count) for count in range(1, 200)]
+    touches = [ProbeEvidence((TouchEvidence(),) * count) for count in range(1, 200)]
     assert sum(one.chance for one in touches) == pytest.approx(1e-3, rel=0.01)
 
 
