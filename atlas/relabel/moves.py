@@ -113,10 +113,24 @@ def join(labels: Labels) -> int:
 def _join(labels: Labels, first, second, kinds: Iterable[Kind]) -> bool:
     """Whether one piece explains the samples of two labels, (m,) and (k,), which is kept."""
     evidence, both = labels.evidence, np.sort(np.concatenate([first, second]))
+    # A plane, sphere, cylinder or cone is a quadric: where none of the most general kinds explains
+    # the samples, no other does.
+    general = [kind for kind in kinds if kind in (Kind.QUADRIC, Kind.QUARTIC, Kind.TORUS)]
+    if Kind.QUADRIC in general and not any(_may_explain(evidence, k, both) for k in general):
+        return False
     piece = shortest(evidence, both, kinds)
     if piece is None or not evidence.is_good(evidence.nats(piece, both)):
         return False
     return attempt(labels, both, [piece])
+
+
+def _may_explain(evidence: Evidence, kind: Kind, members) -> bool:
+    """Whether a piece of a kind explains samples (m,), or these are too few to tell."""
+    core = evidence.fitting_core(kind, members)
+    if len(core) < kind.parameters + 2:
+        return True
+    piece = evidence.fit(kind, core)
+    return piece is not None and evidence.is_good(evidence.nats(piece, members))
 
 
 def join_parts(labels: Labels) -> int:
