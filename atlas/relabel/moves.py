@@ -274,9 +274,16 @@ def give_to_roundings(labels: Labels) -> int:
 
 def find_roundings(labels: Labels) -> int:
     """Say which samples the roundings of edges explain; returns for how many that is new."""
-    before, loose = labels.rounded, np.flatnonzero(labels.of == NONE)
-    at = PiecesAt(labels, loose)
-    labels.loose = np.full(len(labels.of), labels.evidence.options.unexplained)
-    for edge in blunt_edges(labels):
-        labels.round(loose, rounding_nats(edge, at))
+    before, depends = labels.rounded, (labels.of, tuple(labels.pieces))
+    found = labels.evidence.recall.get(lambda: _loose_nats(labels), "roundings", *depends)
+    labels.loose = found.copy()
     return int(np.count_nonzero(labels.rounded & ~before))
+
+
+def _loose_nats(labels: Labels) -> np.ndarray:
+    """(n,) nats of each sample without a label, by the roundings of edges."""
+    nats, loose = np.full(len(labels.of), labels.evidence.options.unexplained), labels.of == NONE
+    at = PiecesAt(labels, np.flatnonzero(loose))
+    for edge in blunt_edges(labels):
+        nats[loose] = np.minimum(nats[loose], rounding_nats(edge, at))
+    return nats
