@@ -8,7 +8,7 @@ import numpy as np
 
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.explained import determined
-from touchatlas.atlas.body.one_face import face_of_all
+from touchatlas.atlas.body.one_face import are_noise, face_of_all
 from touchatlas.atlas.body.read_faces import faces_of_labels, faces_of_samples, samples_of
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.faces.faces import Faces
@@ -82,13 +82,13 @@ def look_for_body(
     last : bool
         Whether no samples follow.
     """
-    count = len(pool)
+    count, known = len(pool), None if before.body is None else before.body.samples
     if is_larger(count, before.looked) or (last and before.looked < count):
-        samples = samples_of(pool, count, std, levels)
+        samples = samples_of(pool, count, std, levels, known)
         return _chosen(samples, np.asarray(pool.edges), before)
     if count == before.count:
         return before
-    samples = samples_of(pool, count, std, levels)
+    samples = samples_of(pool, count, std, levels, known)
     found = replace(before, count=count, std=std, is_few=False)
     if not before.is_one_face:
         faces = faces_of_samples(samples, before=before.faces)
@@ -100,17 +100,20 @@ def look_for_body(
 
 def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
     """The body of the shortest description: all samples as one face, faces that go on from those
-    read ``before``, or faces that are read anew."""
+    read ``before``, or faces that are read anew. Where laws leave noise alone, no description of
+    more parameters is shorter, and those that go on are kept."""
+    on = None if before.faces is None else faces_of_samples(samples, before=before.faces)
+    gone_on = None if on is None else body_of_faces(on, samples)
+    if gone_on is not None and leaves_noise(gone_on):
+        return KnownBody(len(samples), len(samples), samples.std, on, gone_on)
     one = body_of_one(samples, before.body)
     found = KnownBody(len(samples), len(samples), samples.std, None, one)
     if before.faces is None and not has_edges(samples, ends_at_edge):
         return found
     shortest = description_length(one)
-    read = [] if before.faces is None else [faces_of_samples(samples, before=before.faces)]
-    for faces in [*read, _read_anew(samples)]:
-        if faces is None:
-            continue
-        body = body_of_faces(faces, samples)
+    anew = _read_anew(samples, on)
+    tried = [(on, gone_on), (anew, None if anew is None else body_of_faces(anew, samples))]
+    for faces, body in tried:
         if body is None or not (one.faces.is_sharp or are_mostly_lawful(body.faces)):
             continue
         length = description_length(body)
@@ -168,9 +171,28 @@ def are_mostly_lawful(faces: Faces, options: FaceOptions = FaceOptions()) -> boo
     return bool(explained >= options.explained * (1.0 - faces.unexplained) * len(faces.of))
 
 
-def _read_anew(samples: ContourSamples) -> Faces | None:
-    """The faces of samples; None where laws explain too few of them at first."""
-    labels = first_labels(samples)
+def leaves_noise(body: Body) -> bool:
+    """Whether a body of lawful faces passes by all its samples, and by each contour, no farther
+    than noise does.
+
+    Notes
+    -----
+    A parameter more explains half a nat of noise, and takes half the logarithm of the number of
+    samples. A free-form face that follows samples as well has more parameters: a level and slopes
+    wherever laws have theirs.
+    """
+    faces = body.faces
+    if not faces.are_lawful:
+        return False
+    count = sum(piece.kind.parameters for face in faces.faces for piece in face.pieces)
+    count += sum(edge.radius > 0.0 for edge in faces.edges)
+    return are_noise(body.field.at(body.samples.points).distance, body.samples, count)
+
+
+def _read_anew(samples: ContourSamples, known: Faces | None) -> Faces | None:
+    """The faces of samples; None where laws explain too few of them at first. Faces of the same
+    samples may be ``known``: what was computed for them is not computed again."""
+    labels = first_labels(samples, before=known)
     if labels.lawful_share < labels.evidence.options.lawful:
         return None
     revise_all(labels)

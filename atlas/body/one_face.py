@@ -115,10 +115,15 @@ def _is_sure(piece: Piece, samples: ContourSamples) -> bool:
 
 def _passes_by(piece: Piece, samples: ContourSamples) -> bool:
     """Whether a piece passes by each contour and by all samples no farther than noise does."""
-    distance = piece.at(samples.points)[0]
+    return are_noise(piece.at(samples.points)[0], samples, piece.kind.parameters)
+
+
+def are_noise(distance, samples: ContourSamples, parameters: int) -> bool:
+    """Whether the distances (n,) of samples from a surface of so many parameters, of each contour
+    and of all, are no larger than noise makes them."""
     square = (distance / samples.stds) ** 2
     sums, counts = np.bincount(samples.contours, square), np.bincount(samples.contours)
-    freedom = len(samples) - piece.kind.parameters
+    freedom = max(len(samples) - parameters, 1)
     # The survival function of chi-square: scipy.stats, whose chi2.sf it is, takes a third of the
     # time in which this library is imported.
     by_chance = np.append(chdtrc(counts, sums), chdtrc(freedom, square.sum()))

@@ -176,6 +176,12 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
 
 def blunt_edges(labels: Labels) -> list[BluntEdge]:
     """The edges whose radius differs from zero, in order of their labels."""
+    depends = labels.of, tuple(labels.pieces)
+    return labels.evidence.recall.get(lambda: _blunt_edges(labels), "blunt edges", *depends)
+
+
+def _blunt_edges(labels: Labels) -> list[BluntEdge]:
+    """The same, where they are not known of the same labels."""
     found = [blunt_edge(labels, pair, some) for pair, some in find_crossings(labels).items()]
     crossed = [edge for edge in found if edge is not None]
     edges = [*crossed, *_uncrossed_edges(labels, crossed)]
@@ -251,17 +257,30 @@ def rounding_nats(edge: BluntEdge, at: PiecesAt, given=()) -> np.ndarray:
     around = labels.of[evidence.graph.around(np.union1d(at.samples, edge.samples), 6)]
     thirds = set(around.tolist()) - {NONE, *pair, *given}
     nats = RoundedPair(at, pair, edge.sign).ball_nats(edge.radius)
-    radius = np.full(len(at.samples), edge.radius)
     for third in sorted(k for k in thirds if labels.pieces[k].kind.lawful):
         for one in pair:
             along = RoundedPair(at, (one, third), edge.sign)
             nats = np.minimum(nats, along.ball_nats(edge.radius))
-        values = [at[k] for k in (*pair, third)]
-        distances = edge.sign * np.stack([value[0] for value in values], axis=1)
-        normals = np.stack([value[1] for value in values], axis=1)
-        off, _, ball = rounded_corner(distances, normals, radius)
-        corner = evidence.misfit(off / at.std)
-        nats = np.where(ball, np.minimum(nats, corner), nats)
+        nats = np.minimum(nats, _corner_nats(at, (*pair, third), edge))
+    return nats
+
+
+def _corner_nats(at: PiecesAt, faces: tuple[int, int, int], edge: BluntEdge) -> np.ndarray:
+    """(m,) nats of samples by the ball that touches three faces and has the radius of an edge;
+    beside it those of unexplained samples.
+
+    An offset from the centre is no shorter than its parts along the normals. So most samples are
+    seen to be off the ball by their distances from the faces.
+    """
+    evidence, most = at.labels.evidence, at.labels.evidence.options.unexplained
+    distances = edge.sign * np.stack([at[k][0] for k in faces], axis=1)
+    least = np.abs(distances + edge.radius).max(axis=1) - edge.radius
+    near = np.flatnonzero(evidence.misfit(np.maximum(least, 0.0) / at.std) < most)
+    normals = np.stack([at[k][1][near] for k in faces], axis=1)
+    off, _, ball = rounded_corner(distances[near], normals, np.full(len(near), edge.radius))
+    nats = np.full(len(at.samples), most)
+    std = np.broadcast_to(at.std, len(at.samples))[near]
+    nats[near] = np.where(ball, evidence.misfit(off / std), most)
     return nats
 
 
@@ -275,15 +294,41 @@ def blunt_edge(
         return None
     evidence, members = labels.evidence, np.flatnonzero(np.isin(labels.of, [*given]))
     samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
-    sign = _sign(labels, pair, crossings.beside)
+    own = labels.of[samples]
+    sides = np.select([own == pair[0], own == pair[1], own == NONE], [0, 1, NONE], 2)
+    depends = labels.pieces_of(pair), samples, sides, crossings.spans
+    found = evidence.recall.get(
+        lambda: _rounding(labels, pair, samples, crossings), "rounding", *depends
+    )
+    if found is None or found.chord > _widest(labels):
+        return None
+    loose = np.flatnonzero(np.isin(labels.of, [NONE, *given]))
+    on_ball = RoundedPair(PiecesAt(labels, loose), pair, found.sign).ball_nats(found.radius)
+    on_ball = loose[on_ball < evidence.options.unexplained]
+    own = pair[0], pair[1], found.sign, found.radius, found.deviation
+    return BluntEdge(*own, on_ball, crossings.points)
+
+
+@dataclass(frozen=True)
+class _Rounding:
+    """The sign of an edge, the radius of its rounding, the deviation of that, and the chord over
+    it, length."""
+
+    sign: float
+    radius: float
+    deviation: float
+    chord: float
+
+
+def _rounding(labels: Labels, pair, samples, crossings: Crossings) -> _Rounding | None:
+    """What samples (m,) at the crossings of two labels say of a rounding; None where a sharp edge
+    or a bevel is shorter."""
+    evidence, sign = labels.evidence, _sign(labels, pair, crossings.beside)
     across = RoundedPair(PiecesAt(labels, samples), pair, sign)
     found = across.radius() if sign else None
     if found is None or not found[0] > evidence.sure * found[1]:
         return None
-    radius, deviation = found
-    if np.median(ball_chord(radius, across.cosine)) > _widest(labels):
-        return None
-    nats = across.nats(radius)
+    nats = across.nats(found[0])
     low, high = np.searchsorted(samples, crossings.spans.T + [[-_ROW], [_ROW]])
     good = [evidence.is_good(nats[a:b]) for a, b in zip(low, high, strict=True)]
     saved = float((across.nats(0.0) - nats).sum()) - 0.5 * float(np.log(len(samples)))
@@ -293,10 +338,7 @@ def blunt_edge(
     loose = labels.of[samples] == NONE
     if _is_bevel(evidence, samples[loose], float(nats[loose].sum())):
         return None
-    loose = np.flatnonzero(np.isin(labels.of, [NONE, *given]))
-    on_ball = RoundedPair(PiecesAt(labels, loose), pair, sign).ball_nats(radius)
-    on_ball = loose[on_ball < evidence.options.unexplained]
-    return BluntEdge(*pair, sign, radius, deviation, on_ball, crossings.points)
+    return _Rounding(sign, *found, chord=float(np.median(ball_chord(found[0], across.cosine))))
 
 
 def _sign(labels: Labels, pair, samples) -> float:

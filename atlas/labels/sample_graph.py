@@ -173,11 +173,12 @@ def _fitting_links(samples: ContourSamples, tree, some, count: int):
     length = length.ravel()
     other = samples.contours[i] != samples.contours[j]
     i, j, length = i[other], j[other], length[other]
+    facing = _cosines(samples, i, j) > _COSINE
+    i, j, length = i[facing], j[facing], length[facing]
     noise = _NOISE * np.maximum(samples.stds[i], samples.stds[j])
     chord = points[j] - points[i]
     rise, fall = _dot(chord, normals[i]), _dot(chord, normals[j])
-    fits = _cosines(samples, i, j) > _COSINE
-    fits &= np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
+    fits = np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
     fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
     return i[fits], j[fits], length[fits], looked
 

@@ -43,9 +43,13 @@ def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions())
     return labels
 
 
-def first_labels(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
-    """Labels by growths from the seeds of samples, and from straight runs of what these leave."""
-    labels = Labels(Evidence(samples, SampleGraph(samples), options))
+def first_labels(
+    samples: ContourSamples, options: FaceOptions = FaceOptions(), before: Faces | None = None
+) -> Labels:
+    """Labels by growths from the seeds of samples, and from straight runs of what these leave.
+    Links and fits that were computed for faces ``before`` of the first of the samples are taken
+    from there; the result is the same."""
+    labels = Labels(_evidence(samples, options, before))
     best, left = np.full(len(samples), -np.inf), np.ones(len(samples), bool)
     found = growths(labels.evidence, seeds_of(samples), left)
     for growth in found:
@@ -77,14 +81,21 @@ def seeds_of(samples: ContourSamples) -> np.ndarray:
 def relabel(samples: ContourSamples, before: Faces, options: FaceOptions = FaceOptions()) -> Labels:
     """Labels of samples, of the first of which the faces ``before`` were read with these options:
     only what the new ones touch is revised."""
-    graph = SampleGraph(samples, before.links)
-    recall = Recall(before.recall if graph.goes_on else None)
-    labels = Labels(Evidence(samples, graph, options, recall))
+    labels = Labels(_evidence(samples, options, before))
     labels.resume(before.pieces, before.patch_of)
     if len(before.rounded):
         find_roundings(labels)
     revise_all(labels)
     return labels
+
+
+def _evidence(samples: ContourSamples, options: FaceOptions, before: Faces | None) -> Evidence:
+    """Samples with what is known of the first of them by the faces ``before``."""
+    if before is None:
+        return Evidence(samples, SampleGraph(samples), options)
+    graph = SampleGraph(samples, before.links)
+    recall = Recall(before.recall if graph.goes_on else None)
+    return Evidence(samples, graph, options, recall)
 
 
 def revise_all(labels: Labels) -> None:

@@ -113,10 +113,24 @@ def join(labels: Labels) -> int:
 def _join(labels: Labels, first, second, kinds: Iterable[Kind]) -> bool:
     """Whether one piece explains the samples of two labels, (m,) and (k,), which is kept."""
     evidence, both = labels.evidence, np.sort(np.concatenate([first, second]))
+    # A plane, sphere, cylinder or cone is a quadric: where none of the most general kinds explains
+    # the samples, no other does.
+    general = [kind for kind in kinds if kind in (Kind.QUADRIC, Kind.QUARTIC, Kind.TORUS)]
+    if Kind.QUADRIC in general and not any(_may_explain(evidence, k, both) for k in general):
+        return False
     piece = shortest(evidence, both, kinds)
     if piece is None or not evidence.is_good(evidence.nats(piece, both)):
         return False
     return attempt(labels, both, [piece])
+
+
+def _may_explain(evidence: Evidence, kind: Kind, members) -> bool:
+    """Whether a piece of a kind explains samples (m,), or these are too few to tell."""
+    core = evidence.fitting_core(kind, members)
+    if len(core) < kind.parameters + 2:
+        return True
+    piece = evidence.fit(kind, core)
+    return piece is not None and evidence.is_good(evidence.nats(piece, members))
 
 
 def join_parts(labels: Labels) -> int:
@@ -260,9 +274,16 @@ def give_to_roundings(labels: Labels) -> int:
 
 def find_roundings(labels: Labels) -> int:
     """Say which samples the roundings of edges explain; returns for how many that is new."""
-    before, loose = labels.rounded, np.flatnonzero(labels.of == NONE)
-    at = PiecesAt(labels, loose)
-    labels.loose = np.full(len(labels.of), labels.evidence.options.unexplained)
-    for edge in blunt_edges(labels):
-        labels.round(loose, rounding_nats(edge, at))
+    before, depends = labels.rounded, (labels.of, tuple(labels.pieces))
+    found = labels.evidence.recall.get(lambda: _loose_nats(labels), "roundings", *depends)
+    labels.loose = found.copy()
     return int(np.count_nonzero(labels.rounded & ~before))
+
+
+def _loose_nats(labels: Labels) -> np.ndarray:
+    """(n,) nats of each sample without a label, by the roundings of edges."""
+    nats, loose = np.full(len(labels.of), labels.evidence.options.unexplained), labels.of == NONE
+    at = PiecesAt(labels, np.flatnonzero(loose))
+    for edge in blunt_edges(labels):
+        nats[loose] = np.minimum(nats[loose], rounding_nats(edge, at))
+    return nats

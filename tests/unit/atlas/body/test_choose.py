@@ -1,5 +1,7 @@
 """KnownBody: when one face and many are compared, and which describes the samples shorter."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -160,3 +162,31 @@ def test_ends_at_edges_are_edges():
     assert choose.has_edges(samples, np.asarray(pool.edges))
     assert not choose.has_edges(samples, np.zeros(len(pool), bool))
     assert len(faces_of_samples(samples)) >= 1
+
+
+def test_laws_that_leave_noise_alone_are_compared_with_nothing(box, monkeypatch):
+    """No other description is shorter: neither of one face, nor of faces that are read anew."""
+    samples = box.body.samples
+    assert choose.leaves_noise(box.body)
+    others = body_of_one(samples), body_of_faces(faces_of_samples(samples), samples)
+    assert description_length(box.body) <= min(map(description_length, others))
+
+    def read(*_):
+        raise AssertionError("another description is sought")
+
+    monkeypatch.setattr(choose, "body_of_one", read)
+    monkeypatch.setattr(choose, "first_labels", read)
+    again = look_for_body(pool_of("box", 30), STD, replace(box, looked=1000))
+    assert (again.count, again.looked) == (2970, 2970)
+    assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
+
+
+def test_one_contour_that_laws_do_not_explain_is_more_than_noise(box):
+    """A contour of 33 samples on a side, moved by two deviations: four squares instead of one."""
+    samples, side = box.body.samples, box.body.faces.faces[1]
+    counts = np.bincount(samples.contours[side.samples])
+    moved = side.samples[samples.contours[side.samples] == counts.argmax()]
+    points = samples.points.copy()
+    points[moved] += 2.0 * STD * side.pieces[0].axes[2]
+    columns = points, samples.outward, samples.planes, STD
+    assert not choose.leaves_noise(body_of_faces(box.faces, contour_samples(*columns)))

@@ -105,3 +105,15 @@ def test_the_distance_from_a_rounded_corner_is_that_from_its_ball():
     assert found == pytest.approx(0.4, abs=1e-12)
     assert normal == pytest.approx(outward, abs=1e-12)
     assert not rounded_corner((centre - outward) @ normals.T, *columns)[2].any()
+
+
+def test_the_ball_of_a_corner_is_no_nearer_than_any_of_its_faces_says():
+    """An offset from the centre is no shorter than its part along a normal."""
+    rng = np.random.default_rng(0)
+    normals = rng.normal(size=(2000, 3, 3))
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    distances, radius = rng.normal(size=(2000, 3)), rng.uniform(0.1, 2.0, 2000)
+    found, _, ball = rounded_corner(distances, normals, radius)
+    least = np.abs(distances + radius[:, None]).max(axis=1) - radius
+    assert ball.sum() > 100
+    assert (found[ball] > least[ball] - 1e-9).all()

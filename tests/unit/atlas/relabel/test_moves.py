@@ -10,7 +10,7 @@ from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
-from touchatlas.atlas.relabel.moves import refit
+from touchatlas.atlas.relabel.moves import join, refit
 
 STD = 0.02
 ACROSS = np.array([1.0, 0.0, 0.0])
@@ -60,3 +60,30 @@ def test_a_part_of_many_samples_stays_a_face_where_a_label_falls_apart(rows, kep
     labels.separate()
     assert labels.of[-1] == 0
     assert (labels.of[part] == (1 if kept else NONE)).all()
+
+
+def halves_of(samples: ContourSamples) -> Labels:
+    """A plane for the samples on each side of y = 0."""
+    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    for side in (samples.points[:, 1] < 0.0, samples.points[:, 1] >= 0.0):
+        own = np.flatnonzero(side)
+        piece = fit_piece(Kind.PLANE, samples.points[own], samples.normals[own], STD)
+        labels.add(piece, own)
+    return labels
+
+
+def test_an_edge_is_refused_by_the_most_general_kinds(monkeypatch):
+    """Two planes at 90 degrees are one quadric, but an edge. No sphere, cylinder or cone, each of
+    which is a quadric, too, is fitted to both."""
+    labels, fitted = halves_of(rows_of(lambda at: -np.abs(at[:, 1]))), []
+    fit = Evidence.fit
+    monkeypatch.setattr(Evidence, "fit", lambda *own: fitted.append(own[1]) or fit(*own))
+    assert join(labels) == 0
+    assert set(fitted) == {Kind.QUADRIC, Kind.QUARTIC}
+
+
+def test_halves_of_a_cylinder_are_joined():
+    labels = halves_of(rows_of(lambda at: np.sqrt(20.0**2 - at[:, 1] ** 2)))
+    assert join(labels) == 1
+    labels.drop_empty()
+    assert [piece.kind for piece in labels.pieces] == [Kind.CYLINDER]
