@@ -2,11 +2,16 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from touchatlas.atlas.mesh.winding import winding_numbers
+
 _WANTED = "give box:X,Y,Z,X,Y,Z (two corners), ball:X,Y,Z,RADIUS, or the path of a closed mesh"
+# CAD files, of which trimesh makes triangles in metres, whatever unit they name.
+_IN_METRES = (".step", ".stp", ".iges", ".igs", ".brep")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +63,7 @@ def region_of(text: str) -> Region:
     """
     kind, _, rest = text.partition(":")
     if kind not in ("box", "ball"):
-        return _of_mesh(text)
+        return _of_file(text)
     try:
         numbers = np.array([float(part) for part in rest.split(",")])
     except ValueError:
@@ -73,15 +78,30 @@ def region_of(text: str) -> Region:
     return Region(text, numbers)
 
 
+def _of_file(text: str) -> Region:
+    """The inside of a mesh file, whose lengths are in the unit of the touches."""
+    path = Path(text)
+    if not path.is_file():
+        raise ValueError(f"region is {text!r}, which is no file; {_WANTED}")
+    if path.suffix.lower() in _IN_METRES:
+        raise ValueError(
+            f"region is {text!r}, a CAD file; give a mesh of it, in the unit of the touches"
+        )
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        words = error.strerror or type(error).__name__
+        raise ValueError(f"region is {text!r}, which can't be read ({words}); {_WANTED}") from None
+    return _of_mesh(text, content)
+
+
 @lru_cache(maxsize=4)
-def _of_mesh(text: str) -> Region:
-    """The inside of a mesh file."""
+def _of_mesh(text: str, content: bytes) -> Region:
+    """The inside of the mesh that a file of a name holds."""
     import trimesh
 
-    if not Path(text).is_file():
-        raise ValueError(f"region is {text!r}, which is no file; {_WANTED}")
     try:
-        mesh = trimesh.load_mesh(text)
+        mesh = trimesh.load_mesh(BytesIO(content), file_type=Path(text).suffix.lstrip(".").lower())
     except Exception as error:  # noqa: BLE001 - readers raise whatever they meet.
         words = " ".join(str(error).split())[:200]
         raise ValueError(f"region is {text!r}, which can't be read ({words}); {_WANTED}") from None
@@ -96,5 +116,5 @@ def _signed_distance(mesh, points) -> np.ndarray:
 
     vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     square, _, _ = igl.point_mesh_squared_distance(points, vertices, faces)
-    inside = np.abs(igl.fast_winding_number(vertices, faces, points)) > 0.5
+    inside = np.abs(winding_numbers(vertices, faces, points)) > 0.5
     return np.where(inside, -np.sqrt(square), np.sqrt(square))

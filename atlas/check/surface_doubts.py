@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.mesh.winding import winding_numbers
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.normal_error import SURE
 
@@ -90,7 +91,7 @@ def _inside_out(vertices, faces) -> list[Doubt]:
     solid = faces[~np.isin(piece, inverted)]
     at = vertices[[faces[(piece == k).argmax(), 0] for k in inverted]]
     if len(solid):
-        at = at[igl.fast_winding_number(vertices, solid, at) < 0.5]
+        at = at[winding_numbers(vertices, solid, at) < 0.5]
     if not len(at):
         return []
     words = (

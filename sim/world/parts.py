@@ -4,6 +4,7 @@ import igl
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
+from touchatlas.atlas.mesh.winding import winding_numbers
 from touchatlas.sim.world.triangles import areas_of
 
 # Openings of a tenth of all directions are left; the inside of a deep bowl has more.
@@ -44,7 +45,7 @@ def hidden(points, own, vertices, faces) -> np.ndarray:
         within = (points > corners.min(axis=0)) & (points < corners.max(axis=0))
         some = np.flatnonzero(within.all(axis=1) & (own != part) & ~found)
         if len(some):
-            turns = igl.fast_winding_number(vertices, triangles, points[some])
+            turns = winding_numbers(vertices, triangles, points[some])
             found[some] = np.abs(turns) > _INSIDE
     return found
 
@@ -112,7 +113,7 @@ def turned_outward(vertices, faces) -> tuple[np.ndarray, int]:
         within = (corners > box.min(axis=0)) & (corners < box.max(axis=0))
         some = np.flatnonzero(inner & within.all(axis=1))
         if len(some):
-            turns = igl.fast_winding_number(vertices, mine, corners[some])
+            turns = winding_numbers(vertices, mine, corners[some])
             turned[some[np.abs(turns) > _INSIDE]] = True
     wrong = turned[labels]
     faces[wrong] = faces[wrong][:, ::-1]

@@ -29,6 +29,20 @@ def test_distances_from_box_ball_and_mesh_are_those_of_formulas(tmp_path):
     assert np.allclose(region_of("ball:1,0,0,2").distance(points), ball, atol=1e-12)
 
 
+def test_a_mesh_file_that_was_written_again_is_read_again(tmp_path):
+    path = tmp_path / "part.stl"
+    for side in (2.0, 4.0):
+        trimesh.creation.box((side, side, side)).export(path)
+        assert region_of(str(path)).distance([[5.0, 0.0, 0.0]]) == pytest.approx(5.0 - 0.5 * side)
+
+
+def test_a_cad_file_is_no_region_because_its_unit_would_be_lost(tmp_path):
+    path = tmp_path / "part.STEP"
+    path.write_text("ISO-10303-21;")
+    with pytest.raises(ValueError, match=r"region is '.*part\.STEP', a CAD file; give a mesh"):
+        region_of(str(path))
+
+
 def test_half_a_body_takes_less_length_and_ends_as_known():
     half = PlannerOptions(region="box:0,-99,-99,99,99,99")
     (_, _, whole), (_, planner, steps) = explored(PlannerOptions(), "blob"), explored(half, "blob")
