@@ -72,6 +72,12 @@ class FaceTrees:
             return surface.values(points)
         return values_of(self.faces.faces[number].pieces[0], points)
 
+    def level(self, number: int, points) -> np.ndarray:
+        """(n, 4) distance and normal of a face at points (n, 3)."""
+        if (surface := self.free_form(number)) is not None:
+            return surface.level(points)
+        return np.column_stack(self.faces.faces[number].pieces[0].at(points))
+
     def distances(self, number: int, points) -> np.ndarray:
         """(n,) signed distances of points (n, 3) from a face."""
         if (surface := self.free_form(number)) is not None:
