@@ -14,7 +14,8 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
-from touchatlas.atlas.surfaces.free_form import FreeFormSurface, Mean
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
+from touchatlas.atlas.surfaces.sextic_mean import Mean
 
 
 class FaceTrees:
