@@ -230,8 +230,8 @@ def _are_open(body: Body, rim, away, of) -> np.ndarray:
     known = np.zeros(len(rim))
     for step in (1.0, 1.5, 2.0):
         beyond = rim + step * away
-        at = body.field.at(beyond)
-        known += body.at(beyond - at.distance[:, None] * at.normal)[1] / 3.0
+        distance, normal = body.field.level(beyond)
+        known += body.at(beyond - distance[:, None] * normal)[1] / 3.0
     of = np.unique(of, return_inverse=True)[1]
     return np.asarray((np.bincount(of, known) / np.bincount(of))[of] < 0.95)
 
@@ -251,8 +251,8 @@ def _beside(body: Body, rim, across) -> np.ndarray:
     rims (k, 3) as far as ``across`` (k, 3), length; infinite where it is not known."""
     parts = (np.arange(_PARTS) + 0.5) / _PARTS
     beyond = (rim[:, None] + parts[:, None] * across[:, None]).reshape(-1, 3)
-    at = body.field.at(beyond)
-    found, known = body.at(beyond - at.distance[:, None] * at.normal)
+    distance, normal = body.field.level(beyond)
+    found, known = body.at(beyond - distance[:, None] * normal)
     return np.where(known, found.deviation, np.inf).reshape(-1, _PARTS)
 
 

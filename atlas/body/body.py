@@ -80,22 +80,18 @@ class Body:
         found = copy(self)
         found.field = bare = self.field.with_air(None)
 
-        def at(points):
-            values = bare.at(points)
-            return values.distance, values.normal
-
         def is_known(points):
-            distance, normal = at(points)
+            distance, normal = bare.level(points)
             return found.at(points - distance[:, None] * normal)[1]
 
         def is_open(points, normals):
             return rims.beyond(points, normals) | rims.at(points, _BEYOND_RIM * self.reach)
 
         if rims and len(ways):
-            ways = ways[~through_openings(ways, at, is_open)]
+            ways = ways[~through_openings(ways, bare.level, is_open)]
         air = air_inside(
             ways,
-            lambda points: at(points)[0],
+            lambda points: bare.level(points)[0],
             self.away,
             is_known,
             self.reach,
@@ -147,7 +143,7 @@ class Body:
     def follows(self, points) -> np.ndarray:
         """(n,) whether the surface follows the samples nearest to points (n, 3)."""
         nearest = self._tree.query(points)[1]
-        off = self.field.at(self.samples.points[nearest]).distance
+        off = self.field.level(self.samples.points[nearest])[0]
         return np.asarray(np.abs(off) <= self.samples.levels.sure * self.samples.stds[nearest])
 
     def at(self, points) -> tuple[FaceValues, np.ndarray]:
@@ -158,15 +154,19 @@ class Body:
         the end of an exploration compares deviations with it. Those that users get are
         ``PredictiveLaw.deviations`` of the predicted ones.
         """
-        found, known = self._among(points)
-        # Beside the surface a polynomial is less sure than on it.
-        doubt = np.flatnonzero(known & self._is_vague(found.deviation))
-        at, feet = found.some(doubt), points[doubt]
-        for _ in range(3):
-            feet = feet - at.distance[:, None] * at.normal
-            at = self.field.at(feet)
-        known[doubt] = ~self._is_vague(at.deviation)
+        found, known, unsure = self.among(points)
+        doubt = np.flatnonzero(unsure)
+        known[doubt] = self.is_sure(points[doubt], found.distance[doubt], found.normal[doubt])
         return found, known
+
+    def is_sure(self, points, distance, normal) -> np.ndarray:
+        """(n,) whether the deviation is not vague at the feet of points (n, 3), which their
+        distances (n,) and normals (n, 3) lead to: beside the surface a polynomial is less sure than
+        on it."""
+        for _ in range(2):
+            points = points - distance[:, None] * normal
+            distance, normal = self.field.level(points)
+        return ~self._is_vague(self.field.at(points - distance[:, None] * normal).deviation)
 
     def _is_vague(self, deviation) -> np.ndarray:
         """(n,) whether deviations (n,), length, are so large that a surface shows nothing: larger
@@ -176,10 +176,11 @@ class Body:
         limit = levels.vague * levels.believed * self.extent
         return np.asarray(deviation > max(limit, self.samples.std))
 
-    def _among(self, points) -> tuple[FaceValues, np.ndarray]:
-        """What the faces say of points (n, 3), and whether (n,) they lie among samples: none of
-        these are farther than ``reach``, and no half circle about the foot is without one; or a
-        little beyond a rim, or beyond the samples of a face."""
+    def among(self, points) -> tuple[FaceValues, np.ndarray, np.ndarray]:
+        """What the faces say of points (n, 3); whether (n,) they lie among samples: none of these
+        are farther than ``reach``, and no half circle about the foot is without one; or a little
+        beyond a rim, or beyond the samples of a face; and which (n,) of them lie there, but with a
+        vague deviation, so that ``is_sure`` has to be asked whether the surface is known."""
         found = self.field.at(points)
         away, nearest = self._tree.query(points)
         steps = self.samples.steps[nearest]
@@ -194,7 +195,7 @@ class Body:
             known |= (away < self.reach) & self.rims.at(points, _BEYOND_RIM * self.reach)
         # What nothing explains is not known.
         known &= ~self._astray[nearest] | (away < steps + off)
-        return found, known
+        return found, known, known & self._is_vague(found.deviation)
 
     def beyond(self, points, normals) -> np.ndarray:
         """(n,) whether points (n, 3) of the surface, with its normals (n, 3), lie beyond a rim at

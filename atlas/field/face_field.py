@@ -130,6 +130,18 @@ class FaceField:
             found, **self.air.moved(points, found.distance, found.normal, found.deviation)
         )
 
+    def level(self, points) -> tuple[np.ndarray, np.ndarray]:
+        """Signed distance (n,) and normal (n, 3) at points (n, 3), as of ``at``: those of one face
+        take less time without the deviation."""
+        if not self.is_one_face:
+            found = self.at(points)
+            return found.distance, found.normal
+        one = self.trees.level(0, points)
+        if self.air is None:
+            return one[:, 0], one[:, 1:]
+        moved = self.air.moved(points, one[:, 0], one[:, 1:], np.zeros(len(one)))
+        return moved["distance"], moved["normal"]
+
     def _of_faces(self, points) -> FaceValues:
         """The same of the faces alone."""
         if self.is_one_face:

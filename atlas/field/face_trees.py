@@ -14,7 +14,8 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
-from touchatlas.atlas.surfaces.free_form import FreeFormSurface, Mean
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
+from touchatlas.atlas.surfaces.sextic_mean import Mean
 
 
 class FaceTrees:
@@ -71,6 +72,12 @@ class FaceTrees:
         if (surface := self.free_form(number)) is not None:
             return surface.values(points)
         return values_of(self.faces.faces[number].pieces[0], points)
+
+    def level(self, number: int, points) -> np.ndarray:
+        """(n, 4) distance and normal of a face at points (n, 3)."""
+        if (surface := self.free_form(number)) is not None:
+            return surface.level(points)
+        return np.column_stack(self.faces.faces[number].pieces[0].at(points))
 
     def distances(self, number: int, points) -> np.ndarray:
         """(n,) signed distances of points (n, 3) from a face."""

@@ -33,7 +33,7 @@ _OUTSIDE = 0.7
 
 
 def dual_contour(
-    at, at_corners, seeds, edge: float, sharp: bool = True
+    at, at_corners, seeds, edge: float, sharp: bool = True, is_sure=None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of the zero set of a signed distance, sharp where it is sharp.
 
@@ -44,14 +44,17 @@ def dual_contour(
         near the surface; and the outward unit normal (n, 3). The normal may jump, as that of the
         largest of several distances does.
     at_corners : function
-        The same at corners of the cubes, and whether the surface is known there (n,). The surface
-        ends at cubes with an unknown corner.
+        The same at corners of the cubes, whether the surface is known there (n,), and where that
+        is unsure (n,). The surface ends at cubes with an unknown corner.
     seeds : (k, 3) float, length
         Points on the surface, at least one on each connected piece.
     edge : float, length
         Edge of the cubes.
     sharp : bool
         Whether the surface may have edges and corners.
+    is_sure : function, optional
+        From points (n, 3) that are unsure, with distances (n,) and normals (n, 3), to whether the
+        surface is known there (n,). It is asked once.
 
     Returns
     -------
@@ -70,7 +73,7 @@ def dual_contour(
     ----------
     Nielson, Dual marching cubes, 2004. Schaefer, Ju and Warren, Manifold dual contouring, 2007.
     """
-    nodes, cubes, inside = flood(at_corners, seeds, edge)
+    nodes, cubes, inside = flood(at_corners, seeds, edge, is_sure)
     if not len(cubes):
         return np.zeros((0, 3)), np.zeros((0, 3), int)
     sheets = sheets_of(cubes, inside, lambda points: _ask(at, points * edge + nodes.start)[0] < 0.0)

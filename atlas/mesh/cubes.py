@@ -79,7 +79,7 @@ class Nodes:
     Parameters
     ----------
     at : function
-        Distance, normal and known at points.
+        Distance, normal, known and unsure at points, as of ``dual_contour``.
     start : (3,) float, length
         The corner of index 0.
     edge : float, length
@@ -90,6 +90,7 @@ class Nodes:
         self.keys = np.zeros(0, np.int64)
         self.distance = np.zeros(0)
         self.normal = np.zeros((0, 3))
+        self.unsure = np.zeros(0, bool)
 
     def points(self, keys) -> np.ndarray:
         """(..., 3) places of nodes (...)."""
@@ -104,24 +105,38 @@ class Nodes:
         new = _new(keys, self.keys)
         if not len(new):
             return
-        distance, normal, known = self.at(self.points(new))
+        distance, normal, known, unsure = self.at(self.points(new))
         place = self.rows(new)
         self.keys = np.insert(self.keys, place, new)
         self.distance = np.insert(self.distance, place, np.where(known, distance, np.nan))
         self.normal = np.insert(self.normal, place, normal, axis=0)
+        self.unsure = np.insert(self.unsure, place, unsure)
+
+    def settle(self, rows, is_sure) -> None:
+        """Ask whether the surface is known at nodes in ``rows`` (n,) that are unsure."""
+        rows = rows[self.unsure[rows]]
+        points = self.points(self.keys[rows])
+        known = is_sure(points, self.distance[rows], self.normal[rows])
+        self.distance[rows[~known]] = np.nan
+        self.unsure[rows] = False
 
 
-def flood(at, seeds, edge: float) -> tuple[Nodes, np.ndarray, np.ndarray]:
+def flood(at, seeds, edge: float, is_sure=None) -> tuple[Nodes, np.ndarray, np.ndarray]:
     """The cubes that the surface passes. The fill starts from the eight cubes nearest to each seed.
+
+    Unsure corners are taken as known at first, and settled at once when all cubes are found: then
+    the fill is repeated among these. One by one, as the fill comes to them, they take longer.
 
     Parameters
     ----------
     at : function
-        From points (n, 3) to signed distance, normal and known, as of ``dual_contour``.
+        From points (n, 3) to signed distance, normal, known and unsure, as of ``dual_contour``.
     seeds : (k, 3) float, length
         Points on the surface, at least one on each connected piece.
     edge : float, length
         Edge of the cubes.
+    is_sure : function, optional
+        See ``dual_contour``.
 
     Returns
     -------
@@ -145,7 +160,18 @@ def flood(at, seeds, edge: float) -> tuple[Nodes, np.ndarray, np.ndarray]:
     # Offset by numbers without a small common multiple, so that no lattice plane lies in a face.
     nodes = Nodes(at, seeds[0] + np.array([0.31, 0.43, 0.37]) * edge, edge)
     near = np.floor((seeds - nodes.start) / nodes.edge - 0.5).astype(np.int64)
-    fresh = np.unique(key(near[:, None] + CORNERS))
+    first = np.unique(key(near[:, None] + CORNERS))
+    cubes, inside = _filled(nodes, first)
+    rows = np.unique(nodes.rows(corners_of(cubes)))
+    if is_sure is not None and nodes.unsure[rows].any():
+        nodes.settle(rows, is_sure)
+        cubes, inside = _filled(nodes, first)
+    return nodes, cubes, inside
+
+
+def _filled(nodes: Nodes, fresh) -> tuple[np.ndarray, np.ndarray]:
+    """Ascending keys (c,) of the cubes with known corners that the surface passes and that a fill
+    from the cubes ``fresh`` (n,) reaches, and whether each of their corners is inside (c, 8)."""
     tried, found = fresh[:0], [fresh[:0]]
     while len(fresh):
         tried = np.insert(tried, np.searchsorted(tried, fresh), fresh)
@@ -156,7 +182,7 @@ def flood(at, seeds, edge: float) -> tuple[Nodes, np.ndarray, np.ndarray]:
         found.append(fresh[passed])
         fresh = _new(_crossed_neighbours(fresh[passed], inside[passed]), tried)
     cubes = np.sort(np.concatenate(found))
-    return nodes, cubes, nodes.distance[nodes.rows(corners_of(cubes))] < 0.0
+    return cubes, nodes.distance[nodes.rows(corners_of(cubes))] < 0.0
 
 
 def _new(keys, old) -> np.ndarray:

@@ -70,15 +70,13 @@ def body_surface(body: Body, edge: float) -> Surface:
     It is closed where the surface is known everywhere, and ends where it is not.
     """
 
-    def at(points):
-        found = body.field.at(points)
-        return found.distance, found.normal
-
     def at_corners(points):
-        found, known = body.at(points)
-        return found.distance, found.normal, known
+        found, known, unsure = body.among(points)
+        return found.distance, found.normal, known, unsure
 
-    vertices, faces = dual_contour(at, at_corners, body.seeds, edge, not body.is_one_face)
+    vertices, faces = dual_contour(
+        body.field.level, at_corners, body.seeds, edge, not body.is_one_face, body.is_sure
+    )
     found = body.field.at(vertices)
     vertices = vertices - np.clip(found.distance, -edge, edge)[:, None] * found.normal
     # A face whose equation fails at a vertex says nothing of it: it may lie anywhere.

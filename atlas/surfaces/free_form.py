@@ -4,136 +4,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.surfaces.kriging import ResidualKriging, krige
+from touchatlas.atlas.surfaces.sextic_mean import Evaluated, Mean, Sides
 from touchatlas.atlas.surfaces.sextic_sites import FACING, pairs_within
 from touchatlas.atlas.surfaces.sextics import Sextics
 from touchatlas.atlas.surfaces.sharp_turns import SharpTurns
-from touchatlas.patch.geometry.arrays import first_largest
 
 # Distance from its middle at which a sextic no longer weighs, in radii.
 WEIGHS = 0.9
 # Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot.
 _OPPOSITE = -0.3
-# Weight of a sextic that faces away from the side of a point: it counts where no other one does.
-# That of one that is folded there is the square of it.
-_SLIGHT = 1e-50
-
-
-@dataclass(frozen=True, eq=False)
-class Mean:
-    """What sextics say of n points together.
-
-    Parameters
-    ----------
-    values : (n, 4) float
-        Distance, length, and unit normal, world.
-    number : (n,) int
-        The sextic that weighs most, whose deviation holds.
-    stretch : (n,) float
-        Length of a unit of its heights.
-    spread : (n,) float, length^2
-        Variance of the distances of the sextics.
-    alone : (n,) float
-        Sum of the squares of their weights: 1 where one has a point alone.
-    faces : (n,) bool
-        Whether it faces as the side of the point does.
-    """
-
-    values: np.ndarray
-    number: np.ndarray
-    stretch: np.ndarray
-    spread: np.ndarray
-    alone: np.ndarray
-    faces: np.ndarray
-
-    def some(self, rows) -> "Mean":
-        """The same of some of the points (k,)."""
-        return Mean(*(column[rows] for column in vars(self).values()))
-
-    def replaced(self, rows, other: "Mean", some) -> "Mean":
-        """The same with ``some`` (k,) of another one at its points, which are ``rows`` (k,)."""
-        columns = [column.copy() for column in vars(self).values()]
-        for column, its in zip(columns, vars(other).values(), strict=True):
-            column[rows] = its[some]
-        return Mean(*columns)
-
-
-@dataclass(frozen=True, eq=False)
-class _Evaluated:
-    """What sextics say of points, each for itself.
-
-    Parameters
-    ----------
-    which : (m,) int
-        Points, ascending, each at least once.
-    number : (m,) int
-        The sextic that is evaluated.
-    weight : (m,) float
-        By the distance from its middle.
-    upward : (m, 3) float, unit, world
-        Its normal.
-    found : (m, 4) float
-        Distance, length, and unit normal.
-    stretch : (m,) float
-        Length of a unit of its heights.
-    """
-
-    which: np.ndarray
-    number: np.ndarray
-    weight: np.ndarray
-    upward: np.ndarray
-    found: np.ndarray
-    stretch: np.ndarray
-
-    def some(self, rows) -> "_Evaluated":
-        """The same of some of the points (k,), ascending, which are counted anew."""
-        own = np.flatnonzero(np.isin(self.which, rows))
-        which, *others = (column[own] for column in vars(self).values())
-        return _Evaluated(np.searchsorted(rows, which), *others)
-
-    def mean(self, sides, others=None) -> Mean:
-        """The mean of the sextics that face as ``sides`` (n, 3) do at each of n points, by weights
-        that fall with the distance and the angle to their normals. Where ``others`` (n, 3) are
-        given, sextics that rather face as these do are left out."""
-        which, count = self.which, len(sides)
-        first = np.searchsorted(which, np.arange(count + 1))
-        if not count:
-            none = np.empty(0)
-            return Mean(np.empty((0, 4)), first[:0], none, none, none, none > 0.0)
-        side = sides.take(which, axis=0)
-        folded = np.einsum("ij,ij->i", self.found[:, 1:4], side) <= 0.0
-        cosine = np.einsum("ij,ij->i", self.upward, side)
-        turned = np.maximum(cosine - FACING, _SLIGHT)
-        if others is not None:
-            against = np.einsum("ij,ij->i", self.upward, others.take(which, axis=0))
-            turned[against > cosine] = _SLIGHT
-        share = np.where(folded, _SLIGHT**2, turned) * self.weight
-        lead = first_largest(share, first[:-1])
-        share /= np.add.reduceat(share, first[:-1])[which]
-        mean = csr_array((share, np.arange(len(which)), first), (count, len(which))) @ self.found
-        spread, alone = _spread(share, self.found[:, 0] - mean[which, 0], first[:-1])
-        length = np.sqrt((mean[:, 1:4] ** 2).sum(axis=1))
-        mean[:, 1:4] /= np.maximum(length, np.finfo(float).tiny)[:, None]
-        faces = (~folded & (turned > _SLIGHT))[lead]
-        return Mean(mean, self.number[lead], self.stretch[lead], spread, alone, faces)
-
-
-def _spread(share, off, starts) -> tuple[np.ndarray, np.ndarray]:
-    """Variance (n,) of sextics about their mean, which they are ``off`` (m,), with shares (m,) of 1
-    in all for each point; those of a point begin at ``starts`` (n,). And the sum (n,) of the
-    squares of the shares.
-
-    Sextics are less sure where they weigh less: squares of weights count. The variance of n alike
-    sextics about their own mean is too small by (n - 1) / n; that of fewer than two is taken twice.
-    """
-    square = share * share
-    alone = np.add.reduceat(square, starts)
-    few = np.add.reduceat(square * square, starts) / alone**2
-    spread = np.add.reduceat(square * off**2, starts) / (alone * np.maximum(1.0 - few, 0.5))
-    return spread, alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,18 +65,36 @@ class FreeFormSurface:
 
     def values_of(self, mean: Mean, points) -> np.ndarray:
         """(n, 5) the same, from the mean of the sextics at points (n, 3)."""
-        found = np.column_stack([mean.values, self._variance(mean, points)])
-        if self.stds is not None:
-            normals = found[:, 1:4]
-            residual, variance = self.rest.at(points - found[:, :1] * normals, normals)
-            found[:, 0] -= residual
-            found[:, 4] += variance
-        return found
+        values, left = self._with_rest(mean.values, points)
+        return np.column_stack([values, self._variance(mean, points) + left])
+
+    def level(self, points) -> np.ndarray:
+        """(n, 4) distance and normal of these values alone, which take less time."""
+        return self._with_rest(self.mean_at(points).values, points)[0]
+
+    def _with_rest(self, values, points) -> tuple[np.ndarray, np.ndarray]:
+        """Distance and normal (n, 4) at points (n, 3), moved by what the sextics leave out, and the
+        variance (n,) of that."""
+        if self.stds is None:
+            return values, np.zeros(len(values))
+        feet = points - values[:, :1] * values[:, 1:]
+        residual, variance = self.rest.at(feet, values[:, 1:])
+        return np.column_stack([values[:, 0] - residual, values[:, 1:]]), variance
 
     def mean_at(self, points) -> Mean:
         """What sextics say of points (n, 3) together: those of the nearer side of a wall, cut by
         the other side of a sharp edge."""
-        return self._mean_of(self._evaluated(points), points)
+        sides = self._sides(points)
+        if len(self.pairs):
+            return self._mean_of(self._evaluated(points), sides, points)
+        mean = self._mean_of(self._evaluated(points, sides), sides, points)
+        # A sextic that faces away weighs nothing, unless all that face a side are folded there.
+        lost = np.flatnonzero(~mean.faces)
+        if not len(lost):
+            return mean
+        points = points[lost]
+        every = self._mean_of(self._evaluated(points), self._sides(points), points)
+        return mean.replaced(lost, every, slice(None))
 
     def at(self, points) -> np.ndarray:
         """(n, 4) distance and normal of the sextics alone at points (n, 3)."""
@@ -203,10 +103,10 @@ class FreeFormSurface:
     @cached_property
     def at_samples(self) -> np.ndarray:
         """(n, 4) the same at the samples."""
-        return self._mean_of(self._of_samples, self.points).values
+        return self._mean_of(self._of_samples, self._sides(self.points), self.points).values
 
     @cached_property
-    def _of_samples(self) -> _Evaluated:
+    def _of_samples(self) -> Evaluated:
         return self._evaluated(self.points)
 
     def with_own_sides(self, stds) -> "FreeFormSurface":
@@ -265,9 +165,9 @@ class FreeFormSurface:
         """(n,) variance, length^2, of what sextics say together of points (n, 3)."""
         return self.sextics.variances(mean.number, points) * mean.stretch**2 + mean.spread
 
-    def _mean_of(self, evaluated: _Evaluated, points) -> Mean:
+    def _mean_of(self, evaluated: Evaluated, sides: Sides, points) -> Mean:
         """The same, where each sextic is evaluated."""
-        first, second, rows = self._sides(points)
+        first, second, rows = sides
         mean = evaluated.mean(first)
         if len(rows):
             other = evaluated.some(rows).mean(second[rows])
@@ -276,10 +176,12 @@ class FreeFormSurface:
             doubt = np.maximum(2.0 * other.alone - 1.0, 0.0) * half**2
             other = replace(other, spread=other.spread + doubt)
             nearer = np.abs(other.values[:, 0]) < np.abs(mean.values[rows, 0])
-            mean = mean.replaced(rows[nearer], other, nearer)
+            faces = mean.faces.copy()
+            faces[rows] &= other.faces
+            mean = replace(mean.replaced(rows[nearer], other, nearer), faces=faces)
         return self._cut(mean, evaluated, points, first) if len(self.pairs) else mean
 
-    def _cut(self, mean: Mean, evaluated: _Evaluated, points, sides) -> Mean:
+    def _cut(self, mean: Mean, evaluated: Evaluated, points, sides) -> Mean:
         """What is said of points (n, 3) up to a radius beside sharp turns, with the normals
         ``sides`` (n, 3) of the nearest samples. The sextics of the own side of a turn have a point
         up to the other side: at a convex edge the distance is the larger one of both, at a concave
@@ -298,9 +200,22 @@ class FreeFormSurface:
         mean = mean.replaced(rows[own.faces], own, own.faces)
         return mean.replaced(rows[cuts], other, cuts)
 
-    def _evaluated(self, points) -> _Evaluated:
-        """What the sextics say that reach points (n, 3), or the nearest one."""
-        which, number, weight = self._reached(cKDTree(points))
+    def _evaluated(self, points, sides: Sides | None = None) -> Evaluated:
+        """What the sextics say that reach points (n, 3), or the nearest one. Where sides are given,
+        of each point those alone that face as one of its sides does, or all where none does."""
+        which, number, weight = self._reached(points)
+        upward = self.sextics.axes[:, 2].take(number, axis=0)
+        if sides is not None:
+            faced = sides.faced(which, upward)
+            faced |= (np.bincount(which[faced], minlength=len(points)) == 0)[which]
+            columns = (which, number, weight, upward)
+            which, number, weight, upward = (x.compress(faced, axis=0) for x in columns)
+        found, stretch = self.sextics.values(number, points.take(which, axis=0))
+        return Evaluated(which, number, weight, upward, found, stretch)
+
+    def _reached(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The sextics that reach points (n, 3), or the nearest one; see ``_within``."""
+        which, number, weight = self._within(cKDTree(points))
         alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
         if len(alone):
             number = np.append(number, self._middles.query(points[alone])[1])
@@ -308,11 +223,9 @@ class FreeFormSurface:
             which = np.append(which, alone)
             order = np.argsort(which, kind="stable")
             which, number, weight = which[order], number[order], weight[order]
-        found, stretch = self.sextics.values(number, points.take(which, axis=0))
-        upward = self.sextics.axes[:, 2].take(number, axis=0)
-        return _Evaluated(which, number, weight, upward, found, stretch)
+        return which, number, weight
 
-    def _reached(self, points: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _within(self, points: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The sextics that reach points, the largest first: indices of points (m,), their numbers
         (m,) and weights (m,). The integral of the weight over space is the same for each radius,
         so that smaller ones lead where they are."""
@@ -337,7 +250,7 @@ class FreeFormSurface:
         owns = [np.flatnonzero(radii == one) for one in np.unique(radii)[::-1]]
         return [(own, cKDTree(self.sextics.origins[own])) for own in owns]
 
-    def _sides(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _sides(self, points) -> Sides:
         """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest of twelve that
         face the other way; and the points (m,) that have such samples no more than four times as
         far away."""
@@ -347,7 +260,7 @@ class FreeFormSurface:
         other = np.einsum("nkj,nj->nk", normals, normals[:, 0]) < _OPPOSITE
         other &= away <= 4.0 * away[:, :1]
         second = normals[np.arange(len(points)), other.argmax(axis=1)]
-        return normals[:, 0], second, np.flatnonzero(other.any(axis=1))
+        return Sides(normals[:, 0], second, np.flatnonzero(other.any(axis=1)))
 
     @cached_property
     def _turns(self) -> SharpTurns:

@@ -75,9 +75,9 @@ class ResidualKriging:
         among = _covariance(*columns)
         toward = own[:, None] * amplitude * matern(away, self.length)
         known = np.where(faces, self.residuals.take(near), 0.0)
-        solved = np.linalg.solve(among, np.stack([known, toward], axis=2))
-        predicted = np.einsum("nk,nkj->jn", toward, solved)
-        return np.stack([predicted[0], np.maximum(own**2 - predicted[1], 0.0)])
+        white = _whitened(among, np.stack([known, toward], axis=1))[1]
+        predicted = (white * white[:, 1:]).sum(axis=2)
+        return np.stack([predicted[:, 0], np.maximum(own**2 - predicted[:, 1], 0.0)])
 
 
 def krige(points, normals, residuals, stds, radius: float, least: float = 0.0) -> ResidualKriging:
@@ -174,6 +174,19 @@ def _covariance(points, amplitude, length: float, stds) -> np.ndarray:
 
 def _minus_log_likelihood(points, amplitude, residuals, length: float, stds) -> float:
     """Minus the logarithm of the likelihood of residuals (g, k), without a constant."""
-    factor = np.linalg.cholesky(_covariance(points, amplitude, length, stds))
-    white = np.linalg.solve(factor, residuals[..., None])[..., 0]
-    return float(0.5 * (white**2).sum() + np.log(np.einsum("gii->gi", factor)).sum())
+    covariance = _covariance(points, amplitude, length, stds)
+    diagonal, white = _whitened(covariance, residuals[:, None])
+    return float(0.5 * (white**2).sum() + np.log(diagonal).sum())
+
+
+def _whitened(covariance, vectors) -> tuple[np.ndarray, np.ndarray]:
+    """Diagonals (g, k) of the lower triangular L with L L' a covariance (g, k, k), and L^-1 v of
+    vectors v (g, r, k). Written below the covariance, they become that in its Cholesky factor,
+    whatever large numbers follow on the diagonal."""
+    groups, count, size = vectors.shape
+    bordered = np.zeros((groups, size + count, size + count))
+    bordered[:, :size, :size], bordered[:, size:, :size] = covariance, vectors
+    below = np.arange(size, size + count)
+    bordered[:, below, below] = np.finfo(float).max
+    factor = np.linalg.cholesky(bordered)
+    return np.einsum("gii->gi", factor)[:, :size], factor[:, size:, :size]

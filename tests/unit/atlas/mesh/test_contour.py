@@ -78,7 +78,7 @@ def turned(body, axes=_TURN):
 
 def known(body):
     """The body, known everywhere."""
-    return lambda points: (*body(points), np.ones(len(points), bool))
+    return lambda points: (*body(points), np.ones(len(points), bool), np.zeros(len(points), bool))
 
 
 def mesh_of(body, seed, edge: float) -> trimesh.Trimesh:
@@ -204,7 +204,8 @@ def test_the_surface_ends_where_it_is_unknown():
     def part(points):
         distance, normal = sphere(points)
         lower = points @ _TURN[:, 2] < height
-        return np.where(lower, distance, np.nan), np.where(lower[:, None], normal, np.nan), lower
+        distance = np.where(lower, distance, np.nan)
+        return distance, np.where(lower[:, None], normal, np.nan), lower, ~lower
 
     vertices, faces = dual_contour(sphere, part, [-_TURN[:, 2]], edge)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
@@ -217,6 +218,38 @@ def test_the_surface_ends_where_it_is_unknown():
     assert up.max() < height + edge
     # Two diagonals of a cube.
     assert up[np.unique(rim)].min() > height - 2.0 * np.sqrt(3.0) * edge
+
+
+def test_unsure_corners_are_asked_once_and_end_the_surface_where_it_is_unknown():
+    """A ball that is unsure, and in truth unknown, in a belt about it: of both caps the one with
+    the seed is drawn, as where the belt is known to be unknown from the first."""
+    asked = []
+
+    def is_above(points):
+        return points @ _TURN[:, 2] > 0.3
+
+    def is_in_belt(points):
+        return is_above(points) & (points @ _TURN[:, 2] < 0.6)
+
+    def unknown(points):
+        return *sphere(points), ~is_in_belt(points), np.zeros(len(points), bool)
+
+    def unsure(points):
+        return *sphere(points), np.ones(len(points), bool), is_above(points)
+
+    def is_sure(points, distance, normal):
+        assert distance == pytest.approx(sphere(points)[0])
+        assert normal == pytest.approx(sphere(points)[1])
+        asked.append(len(points))
+        return ~is_in_belt(points)
+
+    seeds = [-_TURN[:, 2]]
+    one = dual_contour(sphere, unknown, seeds, 0.1)
+    other = dual_contour(sphere, unsure, seeds, 0.1, is_sure=is_sure)
+    assert one[0] == pytest.approx(other[0])
+    assert np.array_equal(one[1], other[1])
+    assert len(asked) == 1
+    assert not is_above(one[0]).all() and (one[0] @ _TURN[:, 2]).max() < 0.4
 
 
 def test_a_face_in_a_plane_of_the_lattice_leaves_no_degenerate_triangle():

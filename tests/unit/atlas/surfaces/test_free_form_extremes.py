@@ -79,6 +79,23 @@ def wall(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return middle + HALF * side[:, None] * normals, side[:, None] * normals
 
 
+def test_a_side_of_a_thin_wall_is_the_mean_of_all_sextics_that_face_as_it_does():
+    """The formula of the method, with every sextic at every point."""
+    points, normals = wall(3000, seed=0)
+    found = fit_free_form(points, normals, NOISE, EXTENT / 4.0)
+    asked, sextics = points[::20] + 0.2 * HALF * normals[::20], found.sextics
+    count = len(sextics)
+    numbers = np.repeat(np.arange(count), len(asked))
+    values = sextics.values(numbers, np.tile(asked, (count, 1)))[0].reshape(count, -1, 4)
+    side = found.sides(asked)
+    away = np.linalg.norm(asked - sextics.origins[:, None], axis=2) / sextics.radii[:, None]
+    weight = np.maximum(1.0 - (away / 0.9) ** 2, 0.0) ** 3 / sextics.radii[:, None] ** 3
+    weight *= np.maximum(sextics.axes[:, 2] @ side.T - 0.2, 0.0)
+    weight[(values[..., 1:] * side).sum(axis=2) <= 0.0] = 0.0
+    mean = (weight * values[..., 0]).sum(axis=0) / weight.sum(axis=0)
+    assert found.at(asked)[:, 0] == pytest.approx(mean, abs=1e-9 * EXTENT)
+
+
 @pytest.mark.parametrize("off", [-0.05, 0.0, 0.05, 1.0])
 def test_the_sides_of_a_thin_wall_do_not_mix(off):
     """Samples of a side are 0.7 apart, more than the wall is thick: that nearest to a point is
