@@ -10,7 +10,13 @@ from touchatlas.planner import StopReason
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.kept_settings import check_settings
 from touchatlas.sim.folder.option_tables import as_table, updated
-from touchatlas.sim.folder.run_folder import new_run, old_run, read_settings, write_settings
+from touchatlas.sim.folder.run_folder import (
+    REGIONS_OF,
+    new_run,
+    old_run,
+    read_settings,
+    write_settings,
+)
 from touchatlas.sim.folder.run_options import (
     RunOptions,
     check_effort,
@@ -29,7 +35,7 @@ from touchatlas.sim.world.objects import digest_of, make_object
 from touchatlas.sim.world.units import millimetre_of
 
 # Keys of run.toml, and of probe.toml, that are no options of the run.
-NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified")
+NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified", REGIONS_OF)
 # Journals of earlier versions do not hold the settings of their touches.
 _ASSUMED = (
     "the journal of {folder} does not say with which settings it was made; those of run.toml are "
