@@ -8,7 +8,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from touchatlas.atlas.check.doubt import count_of
+from touchatlas.patch.words import count_of
 from touchatlas.sim.command.option_flags import Work
 from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown

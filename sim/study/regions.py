@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.check.doubt import count_of
 from touchatlas.atlas.records.options import AtlasOptions, Levels
 from touchatlas.atlas.regions import (
     Region,
@@ -20,6 +19,7 @@ from touchatlas.atlas.regions import (
     regions_of,
     save_part,
 )
+from touchatlas.patch.words import count_of
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.option_tables import updated
 from touchatlas.sim.folder.out_folder import make_out_folder
@@ -124,7 +124,7 @@ def learn_by_regions(
         others = {path.name for path in folder.glob("region-*.npz")} - {row["file"] for row in rows}
         remove_files(folder, others)
     if refused := sum(int(row["refused"]) for row in rows):
-        say(f"{count_of(refused, 'touch', 'touches')} taught nothing; see {folder / 'regions.csv'}")
+        say(f"{count_of(refused, 'touch')} taught nothing; see {folder / 'regions.csv'}")
     return joined(parts)
 
 

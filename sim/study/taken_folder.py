@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from touchatlas.atlas.check.doubt import count_of
+from touchatlas.patch.words import count_of
 from touchatlas.sim.folder.out_folder import held_refusal, strangers_refusal
 from touchatlas.sim.folder.run_folder import is_empty
 from touchatlas.sim.study.cells import LEDGER, keep_answers, kept_answers
@@ -70,7 +70,7 @@ def take_study_folder(path: Path, file: Path, keys: set[str], force: bool) -> No
         return
     if not is_study and _is_source(path, file):
         return
-    held = f"a study with {count_of(lost, 'run', 'runs')} that {file} has not" if is_study else ""
+    held = f"a study with {count_of(lost, 'run')} that {file} has not" if is_study else ""
     check_replaced(path, "study", held, (STUDY_FILE, *_WRITTEN, LEDGER), force)
     if is_study:
         remove_files(path, _WRITTEN)

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, Protocol
 
+from touchatlas.patch.words import count_of
 from touchatlas.sim.run.interrupt import GRACE, held_interrupt, interrupt_of
 from touchatlas.sim.study.about import versions
 from touchatlas.sim.study.cell_process import answered, answered_apart
@@ -293,8 +294,8 @@ class OnDask:
             future.release()
         if left:
             raise OSError(
-                f"the Dask scheduler was lost with {left} cells left; what is done is kept: call "
-                "the same again"
+                f"the Dask scheduler was lost with {count_of(left, 'cell')} left; what is done is "
+                "kept: call the same again"
             )
 
 
