@@ -92,6 +92,10 @@ class WorkOptions:
                 f"the cluster is {self.cluster!r}; give the address of a Dask scheduler, as "
                 f"tcp://HOST:8786, or one of {', '.join(CLUSTERS)}"
             )
+        for name in ("cell_seconds", "cell_gigabytes"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < float("inf"):
+                raise ValueError(f"{name} is {value!r}; it must be a number > 0, or left out")
         limited = self.limits.seconds is not None or self.limits.gigabytes is not None
         if self.workers == 0 and (self.cluster or limited):
             raise ValueError(
