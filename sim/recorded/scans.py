@@ -72,8 +72,8 @@ def read_scans(
     """
     if len(noise) not in (0, 1, len(paths)):
         raise ValueError(
-            f"got {len(noise)} of --noise for {len(paths)} files; give one for all, one for each, "
-            "or none, to estimate it"
+            f"got {len(noise)} of --noise for {count_of(len(paths), 'file')}; give one for "
+            "all, one for each, or none, to estimate it"
         )
     if options.tip:
         first = options.unit or unit or read_curves(paths[0], options).unit
