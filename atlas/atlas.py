@@ -22,6 +22,7 @@ from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.words import count_of
 
 if TYPE_CHECKING:
     from k3d.plot import Plot
@@ -166,11 +167,11 @@ class Atlas(AtlasState):
 
     def __repr__(self) -> str:
         """One line: what was touched, and what it shows."""
-        words = f"{self.touches} touches, {self.point_count:,} samples"
+        words = f"{count_of(self.touches, 'touch')}, {self.point_count:,} samples"
         if (body := self.without_tip.body) is not None:
             kinds = Counter(face.kind for face in body.faces.faces)
             faces = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
-            words += f", faces: {faces}, {len(self)} patches"
+            words += f", faces: {faces}, {count_of(len(self), 'patch')}"
         return f"<Atlas: {words}, tolerance {self.tolerance:.4g}>"
 
     def _repr_html_(self) -> str:

@@ -11,6 +11,7 @@ from touchatlas.atlas.check.free_disc import FreeDisc
 from touchatlas.atlas.records.touch import Touch
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
+from touchatlas.patch.words import count_of
 from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.behind_edges import sharp_bends
 from touchatlas.planner.clearance import pin_is_clear
@@ -177,7 +178,7 @@ class Planner:
     def __repr__(self) -> str:
         """One line: what is known, and what comes next."""
         touched, pending = len(self._attempts.touched), self._attempts.plans
-        words = f"{touched} touches, {self._known.coverage:.1%} known to the tolerance"
+        words = f"{count_of(touched, 'touch')}, {self._known.coverage:.1%} known to the tolerance"
         if self.stop is not None:
             words += f", ended: {self.stop.reason.value}"
         elif pending:

@@ -9,6 +9,7 @@ import numpy as np
 from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.patch.geometry.arrays import check_unit, frozen_array
 from touchatlas.patch.geometry.contour import SamplingPlane
+from touchatlas.patch.words import count_of
 
 
 class Reason(Enum):
@@ -88,7 +89,8 @@ class ProbePlan:
         """One line."""
         x, y, z = self.reference_point
         words = f"{self.reason.value} at ({x:.4g}, {y:.4g}, {z:.4g})"
-        return f"<ProbePlan {self.number}: {words}, {len(self.planes)} planes of {self.reach:.4g}>"
+        planes = count_of(len(self.planes), "plane")
+        return f"<ProbePlan {self.number}: {words}, {planes} of {self.reach:.4g}>"
 
     def begin(self, radius: float = 0.0) -> np.ndarray:
         """(3,) centre of a tip of a radius where the approach begins."""

@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,20 @@ def test_tables_are_those_of_the_kept_files():
         text = document.read_text()
         words = f"{document.name}: run python examples/measurements.py"
         assert measurements["filled"](text) == text, words
+
+
+def test_the_page_of_the_benchmark_says_what_its_file_says():
+    text = (ROOT / "docs" / "benchmark.md").read_text()
+    study = tomllib.loads((ROOT / "examples" / "benchmark.toml").read_text())
+    task, measured = text.split("## Measured")
+    bullets = dict(re.findall(r"^- \*\*(\w+)\*\*: (.*?)(?=^- |^## )", task, re.M | re.S))
+    planners = study["vary"]["planner"]
+    assert {*re.findall(r"`(\w+)`", bullets["Planners"])} == {*planners}
+    assert {*re.findall(r"^\| `(\w+)`", measured, re.M)} == {*planners, "learned"}
+    assert f"{['one', 'two', 'three'][study['seeds'] - 1]} seeds" in bullets["Tolerances"]
+    assert f"{study['options']['max_touches']} touches" in bullets["Tolerances"]
+    for words in study["vary"]["tolerance"]:
+        assert words.removesuffix(" diagonal") in bullets["Tolerances"]
 
 
 def test_pictures_of_the_method_are_drawn_by_their_script():

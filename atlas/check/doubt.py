@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
+from touchatlas.patch.words import count_of
+
 # Distance between places of one doubt, over the extent, and how many are named. Doubled, fewer or
 # more places are named.
 _APART, MOST = 0.1, 5
@@ -35,11 +37,6 @@ class Doubt:
     def as_dict(self) -> dict:
         """The doubt, ready for JSON."""
         return {"name": self.name, "words": self.words, "places": self.places.tolist()}
-
-
-def count_of(number: int, one: str, many: str) -> str:
-    """A number and a noun in words."""
-    return f"{number} {one if number == 1 else many}"
 
 
 def extent_of(points) -> float:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import bdtrc, fdtrc, pdtrc
 
-from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
 from touchatlas.atlas.samples.evidence import ProbeEvidence, Shift
 from touchatlas.atlas.samples.predictive_law import LawPrior
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
+from touchatlas.patch.words import count_of
 
 MOVED = "moved"
 _NUMBERS = "size", "statistic", "expected", "chance"
@@ -141,7 +142,7 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
     if chance >= atlas.evidence.chance:
         return None
     words = (
-        f"Contact was lost at {count_of(passed, 'end', 'ends')} of {count} where the surface goes "
+        f"Contact was lost at {count_of(passed, 'end')} of {count} where the surface goes "
         "on; press harder, or track more slowly."
     )
     places = some_apart(ends.points[~is_open], extent_of(atlas.pool.points))

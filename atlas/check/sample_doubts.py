@@ -3,10 +3,11 @@
 import numpy as np
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
-from touchatlas.atlas.check.doubt import Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.check.doubt import Doubt, extent_of, some_apart
 from touchatlas.atlas.check.moved import shift_of_object
 from touchatlas.atlas.labels.samples import split_contours
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.words import count_of
 
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad
 # contact in five hundred is no doubt.
@@ -96,7 +97,7 @@ def _lost_contact(atlas: AtlasState, extent: float) -> list[Doubt]:
     if not count:
         return []
     words = (
-        f"The surface ends where {count_of(count, 'contour', 'contours')} lost contact and nothing "
+        f"The surface ends where {count_of(count, 'contour')} lost contact and nothing "
         "was met beyond; where the object goes on, the probe slipped: touch there again."
     )
     places = atlas.rims.unsure(atlas.tolerance)[0]

@@ -9,10 +9,11 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
 from touchatlas.atlas.mesh.winding import winding_numbers
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.normal_error import SURE
+from touchatlas.patch.words import count_of
 
 
 @runtime_checkable

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from touchatlas.atlas.check.doubt import NOWHERE, Doubt, count_of, extent_of, some_apart
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.normal_error import MOST_TILT, SURE
+from touchatlas.patch.words import count_of
 
 
 def tip_doubts(atlas: AtlasState) -> list[Doubt]:

@@ -14,6 +14,7 @@ from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.pieces.laws import Law
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
+from touchatlas.patch.words import count_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,9 +161,9 @@ class Faces:
 
     def __repr__(self) -> str:
         """Their numbers alone: arrays of all samples would fill pages."""
-        faces, edges = len(self.faces), len(self.edges)
+        faces, edges = count_of(len(self.faces), "face"), count_of(len(self.edges), "edge")
         of_samples = f"{self.unexplained:.1%} of {len(self.of)} samples unexplained"
-        return f"<Faces: {faces} faces, {edges} edges, {of_samples}>"
+        return f"<Faces: {faces}, {edges}, {of_samples}>"
 
     @cached_property
     def unexplained(self) -> float:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.patch.words import count_of
+
 
 @dataclass(frozen=True, eq=False)
 class Blend:
@@ -33,7 +35,9 @@ class Blend:
 
     def __repr__(self) -> str:
         """One line."""
-        return f"<Blend: {len(self.known)} points, {int(self.known.sum())} of them known>"
+        return (
+            f"<Blend: {count_of(len(self.known), 'point')}, {int(self.known.sum())} of them known>"
+        )
 
     def without(self, index) -> "Blend":
         """The same, unknown at the points of indices (k,)."""

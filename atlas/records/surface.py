@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 import igl
 import numpy as np
 
+from touchatlas.patch.words import count_of, noun_of
+
 if TYPE_CHECKING:
     from k3d.plot import Plot
     from trimesh import Trimesh
@@ -46,7 +48,9 @@ class Surface:
     def __repr__(self) -> str:
         """One line: arrays of all vertices would fill pages."""
         ends = len(igl.boundary_facets(self.faces)[0]) if len(self.faces) else 0
-        words = f"{len(self.faces):,} triangles of {len(np.unique(self.patch))} faces"
+        triangles = noun_of(len(self.faces), "triangle")
+        faces = count_of(len(np.unique(self.patch)), "face")
+        words = f"{len(self.faces):,} {triangles} of {faces}"
         return f"<Surface: {words}, {'open' if ends or not len(self.faces) else 'closed'}>"
 
     def _repr_html_(self) -> str:

@@ -9,6 +9,7 @@ from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.order import disorder, out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
+from touchatlas.patch.words import count_of
 
 # Largest distance of a contour from the contact, as a fraction of the longest contour's length:
 # half an arm. Doubled, contours of a neighbouring place pass.
@@ -109,7 +110,8 @@ class Touch:
         x, y, z = self.contact
         points = sum(len(contour.points) for contour in self.contours)
         words = f"{self.status.value} at ({x:.4g}, {y:.4g}, {z:.4g})"
-        return f"<Touch {self.number}: {words}, {len(self.contours)} contours, {points} points>"
+        held = f"{count_of(len(self.contours), 'contour')}, {count_of(points, 'point')}"
+        return f"<Touch {self.number}: {words}, {held}>"
 
     def _check_status(self) -> None:
         """Refuse a contact without contours, and contours without a contact."""

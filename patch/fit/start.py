@@ -8,6 +8,7 @@ from touchatlas.patch.geometry.arrays import cross, frozen_array
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, check_contours
 from touchatlas.patch.geometry.curvature import LEAST_ANGLE, WORST_CONDITION
 from touchatlas.patch.geometry.section import LEAST_POINTS
+from touchatlas.patch.words import count_of
 
 # Hard ends: the surface was seen to stop or to break there, so they do not limit the patch.
 _HARD_ENDS = frozenset(
@@ -152,7 +153,7 @@ def _check_counts(contours) -> None:
     fewest = min(len(contour.points) for contour in contours)
     if fewest < LEAST_POINTS:
         raise UnfitError(
-            f"a contour has {fewest} points; a section fit needs "
+            f"a contour has {count_of(fewest, 'point')}; a section fit needs "
             f"{LEAST_POINTS} or more: sample more finely or track further"
         )
 

@@ -13,6 +13,7 @@ from touchatlas.patch.geometry.arrays import (
     frozen_array,
     real,
 )
+from touchatlas.patch.words import count_of
 
 
 class ContourEnd(Enum):
@@ -93,7 +94,7 @@ class Contour:
         """One line."""
         long = float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
         ends = ", ".join(end.value for end in self.ends)
-        return f"<Contour: {len(self.points)} points, {long:.4g} long, ends: {ends}>"
+        return f"<Contour: {count_of(len(self.points), 'point')}, {long:.4g} long, ends: {ends}>"
 
     def _check_in_plane(self) -> None:
         """Refuse points that belong to another plane or frame.

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.words import count_of
 
 # Fewest points of a window: a quadratic leaves two degrees of freedom for its residual.
 LEAST_POINTS = 5
@@ -73,7 +74,7 @@ def fit_sections(point, contours, noise_std: float) -> list[SectionFit]:
     for contour in contours:
         if len(contour.points) < LEAST_POINTS:
             raise ValueError(
-                f"a contour has {len(contour.points)} points; a section fit needs "
+                f"a contour has {count_of(len(contour.points), 'point')}; a section fit needs "
                 f"{LEAST_POINTS} or more: sample more finely or track further"
             )
     along, across, s, h, inside = _plane_coordinates(point, contours)

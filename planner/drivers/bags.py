@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from touchatlas.patch.words import count_of
 from touchatlas.planner.drivers.recording import Recording, joined, turned
 
 _POSES = {
@@ -84,9 +85,9 @@ def read_bag(path, pose: str = "", wrench: str = "", tool=(0.0, 0.0, 0.0)) -> Re
             "that both have the same clock"
         )
     at, places = at[kept], places[kept]
-    said = [f"{len(kept)} poses of {poses[0].topic} with forces of {wrenches[0].topic}"]
+    said = [f"{count_of(len(kept), 'pose')} of {poses[0].topic} with forces of {wrenches[0].topic}"]
     if lost:
-        said.append(f"{lost} poses have no force within three periods, and are left out")
+        said.append(f"{count_of(lost, 'pose')} without a force within three periods, not used")
     if frames != force_frames:
         forces = turned(forces, places[:, 3:])
         said.append(f"forces in {_one(force_frames)} were turned by the poses in {_one(frames)}")

@@ -13,6 +13,7 @@ import numpy as np
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
+from touchatlas.patch.words import count_of
 from touchatlas.planner.drivers.guarded import GuardOptions, late, lateness, millimetres_of
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
@@ -141,7 +142,7 @@ def linuxcnc_program(
         )
     safe = float(starts[:, 2].max()) + options.clearance
     lines = [
-        f"(touchatlas: {len(plans)} plans, {len(starts)} points)",
+        f"(touchatlas: {count_of(len(plans), 'plan')}, {count_of(len(starts), 'point')})",
         f"G17 {_UNITS[unit]} G40 G49 G80 G90 G94",
         f"#<_touch_feed> = {60.0 * motion.feed:.4f}",
         f"#<_touch_travel> = {60.0 * motion.travel:.4f}",

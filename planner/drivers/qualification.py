@@ -14,6 +14,7 @@ from statistics import NormalDist
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import check_points, frozen_array, real
+from touchatlas.patch.words import count_of
 from touchatlas.planner.tracking.options import Tip
 
 # A ball has four unknowns, and the stiffness is a fifth.
@@ -79,7 +80,8 @@ def fit_ball(points, forces=None, compliance: float | None = None) -> Ball:
     points = check_points(points, "points")
     if len(points) < LEAST_POINTS:
         raise ValueError(
-            f"{len(points)} points are too few for a ball; give {LEAST_POINTS} or more"
+            f"{count_of(len(points), 'point is', 'points are')} too few for a ball; give "
+            f"{LEAST_POINTS} or more"
         )
     forces = np.zeros_like(points) if forces is None else frozen_array(forces, (None, 3), "forces")
     free = compliance is None and forces.any()

@@ -14,6 +14,7 @@ from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.plan_files import is_answer, read_answers
 from touchatlas.sim.folder.program_files import is_log, touch_of_file
+from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.recorded.scans import SideOptions, read_scans
@@ -88,6 +89,8 @@ def learn(
     if not files:
         raise ValueError("no file was given; name a file of points, or a run and a file")
     probe = "" if tip is None else str(tip)
+    for std in noise:
+        check_number("--noise", std, or_zero=True)
     read = ReadOptions(columns, unit, tip_radius, systematic_std, tip=probe)
     given = {"outside": outside, "approach": approach, "viewpoint": viewpoint}
     sides = SideOptions(

@@ -7,7 +7,7 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
-from touchatlas.atlas.check.doubt import count_of
+from touchatlas.patch.words import count_of
 from touchatlas.planner import StopReason
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.judge.judgement import (
@@ -96,7 +96,7 @@ def sentences(numbers: dict) -> list[str]:
     """What a user must know of a run or an evaluation, in words."""
     found = truth_warnings(numbers) if "components" in numbers else []
     if missed := numbers.get("touches_without_contact"):
-        found.append(f"{missed} of {numbers['touches']} touches met nothing")
+        found.append(f"{missed} of {count_of(numbers['touches'], 'touch')} met nothing")
     return found + [_doubt(doubt) for doubt in numbers.get("doubts", ())]
 
 
@@ -104,7 +104,7 @@ def ending(numbers: dict) -> str | None:
     """Why an exploration ended; None of a surface that was not explored."""
     if not {"ended", "touches"} <= {*numbers}:
         return None
-    return f"Ended after {count_of(numbers['touches'], 'touch', 'touches')}: {numbers['ended']}."
+    return f"Ended after {count_of(numbers['touches'], 'touch')}: {numbers['ended']}."
 
 
 def allowed_places(numbers: dict) -> str | None:

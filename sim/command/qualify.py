@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.patch.words import count_of
 from touchatlas.planner.drivers.probe_file import known_of, probe_toml
 from touchatlas.planner.drivers.qualification import Qualification
 from touchatlas.planner.drivers.qualification import qualify as qualify_points
@@ -139,7 +140,7 @@ def qualify(
         unit = file.unit
     else:
         found = qualify_points(held, ball, **known)
-    source = f"touchatlas qualify {points.name}, {found.points} points"
+    source = f"touchatlas qualify {points.name}, {count_of(found.points, 'point')}"
     write_whole(out, probe_toml(found, ball, unit, source).encode())
     _print(found, unit, out, json_)
     return 0
@@ -175,7 +176,9 @@ def _print(found: Qualification, unit: str, out: Path, as_json: bool) -> None:
         held = {"unit": unit, "points": found.points, "centre": found.centre.tolist(), **tip}
         print(json.dumps(held | {name: value for name, (value, _) in forms.items()}, indent=2))
     else:
-        table = Table("quantity", "value", "unit", "", title=f"{out}: {found.points} points")
+        table = Table(
+            "quantity", "value", "unit", "", title=f"{out}: {count_of(found.points, 'point')}"
+        )
         length = unit or "length"
         for name, value in tip.items():
             table.add_row(

@@ -16,7 +16,11 @@ from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.folder.run_folder import read_settings, write_settings
-from touchatlas.sim.study.regions import learn_by_regions, options_of_run
+from touchatlas.sim.study.regions import (
+    learn_by_regions,
+    options_of_run,
+    take_regions_folder,
+)
 from touchatlas.sim.study.workers import WorkOptions
 
 
@@ -25,6 +29,7 @@ def regions(
     /,
     *,
     out: Path | None = None,
+    force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     most: Whole = 100,
     overlap: Annotated[float | None, Parameter(show_default=False)] = None,
     tolerance: Annotated[float | None, Parameter(show_default=False)] = None,
@@ -45,6 +50,8 @@ def regions(
     out
         Folder for atlas.npz, surface.ply and an atlas of each region, under the same path on all
         workers; RUN/regions by default.
+    force
+        Replace the regions of another run that the folder holds.
     most
         Most touches of a region.
     overlap
@@ -54,21 +61,23 @@ def regions(
         Of the surface, length; that of the run by default.
     """
     folder = run / "regions" if out is None else out
-    if folder.resolve() == run.resolve():
-        raise ValueError(
-            f"{folder} is the run itself, whose atlas would be lost; give another --out"
-        )
     with shown("reading the touches") as watcher:
         own, options, scale = options_of_run(run)
         wanted = own if tolerance is None else tolerance
         given = run / "journal.sqlite", folder, wanted, most, overlap, options, scale
         watcher.begins("learning")
-        atlas = learn_by_regions(*given, work=work, watch=watcher.count("regions"), say=say)
+        atlas = learn_by_regions(
+            *given,
+            work=work,
+            watch=watcher.count("regions"),
+            say=say,
+            take=lambda _: take_regions_folder(folder, run, force),
+        )
         watcher.begins("finishing the atlas")
         atlas.finish()
         save_atlas(folder / "atlas.npz", atlas)
         # Its tolerance, unit and truth, which export and evaluate read.
-        write_settings(folder, read_settings(run) | {"tolerance": atlas.tolerance})
+        write_settings(folder, read_settings(folder) | {"tolerance": atlas.tolerance})
         watcher.begins("extracting the surface")
         surface = stored(extract_surface(atlas), atlas.tolerance)
         write_whole(folder / "surface.ply", ply_bytes(surface, atlas.tolerance))

@@ -7,7 +7,7 @@ from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.run_end import end_of, resumable
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.folder.run_folder import changed_versions, read_settings
+from touchatlas.sim.folder.run_folder import changed_versions, check_explored, read_settings
 from touchatlas.sim.run.exploration import FinishedError, resume_exploration
 from touchatlas.sim.world.objects import make_object
 
@@ -42,6 +42,7 @@ def resume(
         than before; the run's own by default.
     """
     settings = read_settings(run)
+    check_explored(run, settings)
     if changed := changed_versions(settings):
         say(f"{run} was begun with {changed}; the last digits may differ")
     try:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from touchatlas.patch.words import count_of
 from touchatlas.sim.command.numbers import print_numbers
 from touchatlas.sim.command.outcome import ExitCode, complain
 from touchatlas.sim.folder.run_folder import is_run
@@ -37,8 +38,8 @@ def end_of(result: Result, obj, as_json: bool, every: bool = False) -> int:
     numbers, folder = result.numbers, result.folder
     print_numbers(numbers, f"{obj.name}: {folder}", as_json, every)
     if result.signal is not None:
-        kept = f"stopped after {numbers['touches']} touches, which are kept"
-        return complain(f"{kept}; touchatlas resume {folder} goes on", 128 + result.signal)
+        kept = f"stopped after {count_of(numbers['touches'], 'touch')}; all is kept"
+        return complain(f"{kept}, touchatlas resume {folder} goes on", 128 + result.signal)
     if result.surface is None:
         return complain(no_surface(result), ExitCode.FAILURE)
     return 0 if len(result.surface.faces) else complain(_UNSURE, ExitCode.FAILURE)
@@ -49,8 +50,8 @@ def no_surface(result: Result) -> str:
     touches, missed = result.numbers["touches"], result.numbers["touches_without_contact"]
     if missed == touches:
         return (
-            f"none of {touches} touches met the object, so there is no surface; a probe from above "
-            "does not meet it: turn the object"
+            f"none of {count_of(touches, 'touch')} met the object, so there is no surface; "
+            "a probe from above does not meet it: turn the object"
         )
     return (
         f"no touch taught anything, so there is no surface ({result.refusal}); give less --noise "

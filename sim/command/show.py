@@ -59,7 +59,7 @@ class Shown(Watcher):
         def count(done: int, total: int) -> None:
             if not begun:
                 begun.append((time.monotonic(), done))
-            words = f"{done} of {total} {things}"
+            words = f"{things} {done} of {total}"
             if begun[0][1] < done < total:
                 passed = time.monotonic() - begun[0][0]
                 words += f", {_time_left(passed / (done - begun[0][1]) * (total - done))}"

@@ -3,7 +3,7 @@
 import webbrowser
 from pathlib import Path
 
-from touchatlas.sim.folder.run_folder import read_settings
+from touchatlas.sim.folder.run_folder import check_explored, read_settings
 
 
 def view(run: Path, /) -> int:
@@ -14,7 +14,7 @@ def view(run: Path, /) -> int:
     run
         The folder of a run.
     """
-    read_settings(run)
+    check_explored(run, read_settings(run))
     if not (run / "replay.html").is_file():
         raise ValueError(
             f"{run} has no replay.html: it was stopped, or made by an earlier version; touchatlas "

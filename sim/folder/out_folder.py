@@ -31,6 +31,38 @@ def make_out_folder(path) -> Path:
     return path
 
 
+def held_refusal(path, held: str, replaced: str, go_on: str = "") -> ValueError:
+    """The error for a folder that holds something, in words: what is found, and what to do.
+
+    Parameters
+    ----------
+    path : path-like
+    held : str
+        What it holds of the kind that is to be written; "" where nothing of that kind.
+    replaced : str
+        What ``--force`` replaces.
+    go_on : str
+        How to go on with what is held.
+
+    Examples
+    --------
+    >>> print(held_refusal("runs/a", "a run", "a run"))
+    runs/a already holds a run; choose another --out, or --force to replace a run
+    """
+    found = f"already holds {held}" if held else "is not empty"
+    return ValueError(
+        f"{path} {found}; choose another --out{go_on}, or --force to replace {replaced}"
+    )
+
+
+def strangers_refusal(path, names: list[str], kind: str) -> ValueError:
+    """The error for a folder with files of no such kind that one would overwrite."""
+    return ValueError(
+        f"{path} holds {', '.join(names)}, of no {kind}, which a {kind} would overwrite; choose "
+        "another --out"
+    )
+
+
 def check_out_file(path) -> None:
     """ValueError for a file that cannot be written: a folder, or one in a folder that there is
     not."""

@@ -12,7 +12,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from touchatlas.atlas.files import write_whole
-from touchatlas.sim.folder.out_folder import make_out_folder
+from touchatlas.sim.folder.out_folder import (
+    held_refusal,
+    make_out_folder,
+    strangers_refusal,
+)
 from touchatlas.sim.folder.run_lock import LOCK, check_free, locked
 
 RUN_FILES = (
@@ -39,6 +43,9 @@ _LEFTOVERS = (
     "frames.sqlite-journal",
     *(f"{name}.part" for name in _FILES),
 )
+# In the run.toml of an atlas that was joined from regions: the run with its touches, as a path from
+# the folder, so that both may be moved together.
+REGIONS_OF = "regions_of"
 _PACKAGES = ("touchatlas", "numpy", "scipy", "networkx", "trimesh", "libigl")
 
 
@@ -89,6 +96,7 @@ def old_run(path) -> Iterator[Path]:
     if path.name == REPLACEMENT and is_run(path.parent):
         path = path.parent
     if not is_run(path) and not (path / _WHOLE).is_dir():
+        check_explored(path, own_settings(path))
         raise ValueError(
             f"{path} holds no run (a run.toml of ours); give the folder of one, or run explore"
         )
@@ -135,32 +143,28 @@ def _check_new(path: Path, force: bool) -> None:
     """ValueError unless a run may be written to the path."""
     if os.path.lexists(path) and not path.is_dir():
         raise ValueError(f"{path} is a file or a broken link; give a folder with --out")
-    if not path.is_dir() or _is_empty(path):
+    if not path.is_dir() or is_empty(path):
         return
     held = is_run(path)
     if not force:
         check_free(path)
-        what = "already holds a run" if held else "is not empty"
         go_on = f", touchatlas resume {path} to go on with it" if held else ""
-        raise ValueError(f"{path} {what}; choose another --out{go_on}, or --force to replace a run")
+        raise held_refusal(path, "a run" if held else "", "a run", go_on)
     ours = Path.is_file if held else lambda _: False
     others = [n for n in _FILES if (path / n).exists() and not ours(path / n)]
     inner = path / REPLACEMENT
     if os.path.lexists(inner) and not (held and _is_replacement(inner)):
         others.append(REPLACEMENT)
     if others:
-        raise ValueError(
-            f"{path} holds {', '.join(others)}, of no run, which a run would overwrite; "
-            "choose another --out"
-        )
+        raise strangers_refusal(path, others, "run")
 
 
 def _is_replacement(path: Path) -> bool:
     """Whether a folder is a run that was to replace another, or was killed before it began."""
-    return path.is_dir() and not path.is_symlink() and (is_run(path) or _is_empty(path))
+    return path.is_dir() and not path.is_symlink() and (is_run(path) or is_empty(path))
 
 
-def _is_empty(path: Path) -> bool:
+def is_empty(path: Path) -> bool:
     """Whether a folder holds nothing but what a process killed at its first step leaves."""
     return all(file.name in (LOCK, *_LEFTOVERS) for file in path.iterdir())
 
@@ -173,13 +177,19 @@ def _remove_run(path: Path) -> None:
 
 
 def is_run(path: Path) -> bool:
-    """Whether the folder has a run.toml that we wrote."""
+    """Whether the folder has a run.toml that we wrote, and touches of its own."""
+    settings = own_settings(path)
+    return bool(settings) and REGIONS_OF not in settings
+
+
+def own_settings(path: Path) -> dict:
+    """run.toml of a folder; empty where we did not write it."""
     try:
         settings = tomllib.loads((path / "run.toml").read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError, IsADirectoryError, ValueError, RecursionError):
-        return False
+        return {}
     versions = settings.get("versions")
-    return isinstance(versions, dict) and "touchatlas" in versions
+    return settings if isinstance(versions, dict) and "touchatlas" in versions else {}
 
 
 def _try_to_write(path: Path) -> None:
@@ -236,10 +246,27 @@ def read_settings(folder) -> dict:
     return settings
 
 
+def run_of_regions(folder, settings: dict) -> str | None:
+    """The run whose regions a folder holds; None of another folder."""
+    held = settings.get(REGIONS_OF)
+    return os.path.normpath(Path(folder) / held) if isinstance(held, str) else None
+
+
+def check_explored(folder, settings: dict) -> None:
+    """ValueError for a folder that is no run, but an atlas that was joined from regions of one."""
+    if run := run_of_regions(folder, settings):
+        own = "" if Path(folder) == Path(run) / "regions" else f" --out {folder}"
+        raise ValueError(
+            f"{folder} is for the regions of {run}, and has no touches: touchatlas regions {run}"
+            f"{own} learns them, touchatlas resume {run} goes on with the run"
+        )
+
+
 def read_finished(folder) -> dict:
     """run.toml of a run that has a surface; ValueError where it has none."""
     settings = read_settings(folder)
     if not (Path(folder) / "surface.ply").is_file():
+        check_explored(folder, settings)
         raise ValueError(
             f"{folder} holds a run without a surface.ply; touchatlas resume {folder} goes on with "
             "one that was stopped"

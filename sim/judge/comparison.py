@@ -10,7 +10,7 @@ from pathlib import Path
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.option_tables import flattened
 from touchatlas.sim.folder.out_folder import make_out_folder
-from touchatlas.sim.folder.run_folder import read_settings
+from touchatlas.sim.folder.run_folder import check_explored, read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 
@@ -142,6 +142,8 @@ def compare_runs(folders) -> Comparison:
     if len({folder.resolve() for folder in folders}) < max(len(folders), 2):
         raise ValueError(f"runs to compare: got {len(folders)}; give two or more different ones")
     tables = [read_settings(folder) for folder in folders]
+    for folder, table in zip(folders, tables, strict=True):
+        check_explored(folder, table)
     settings = [_options(table) for table in tables]
     keys = {key: None for one in settings for key in one}
     differing = {key: [one.get(key) for one in settings] for key in keys}

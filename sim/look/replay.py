@@ -23,6 +23,7 @@ from touchatlas.atlas.scene import (
     new_plot,
     packed,
 )
+from touchatlas.patch.words import count_of
 from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.look.frames import MOST_VERTICES, Frames, Mesh, clustered
 
@@ -191,7 +192,10 @@ def _words(frames: Frames, live: bool) -> list[str]:
     """What is said of each moment."""
     count = len(frames.touches)
     words = [f"touch {i + 1} of {count}: {said}" for i, said in enumerate(frames.words)]
-    return [*words, f"{count} touches{' so far' if live else ': the finished surface'}"]
+    return [
+        *words,
+        f"{count_of(count, 'touch')}{' so far' if live else ': the finished surface'}",
+    ]
 
 
 def _viridis() -> list[int]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.check.faults import Fault, faults
+from touchatlas.patch.words import count_of
 from touchatlas.planner import PlannerOptions, ProbePlan, Reason, Step
 
 _SOUGHT = {
@@ -68,7 +69,7 @@ class Outlook:
             return ""
         (before, now), less = self._faces, f"less than the {max(self.known):.1%} before"
         if before != now:
-            return f"{less}: the body is read anew, {now} faces after {before}"
+            return f"{less}: the body is read anew, {count_of(now, 'face')} after {before}"
         if self._extent[1] > 1.02 * self._extent[0]:
             return f"{less}: more of the surface came into sight"
         return f"{less}: errors were larger than predicted"

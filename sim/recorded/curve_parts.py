@@ -7,6 +7,7 @@ import numpy as np
 
 from touchatlas.patch.geometry.order import fills_area, out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
+from touchatlas.patch.words import count_of
 from touchatlas.sim.recorded.column_names import Columns, counts_lines
 from touchatlas.sim.recorded.table_file import Table
 
@@ -145,6 +146,6 @@ def _compare_with_blocks(table: Table, names: list[str], blocks) -> None:
     count, named = len({b for b, _ in pairs}), len({n for _, n in pairs})
     if count > 1 and not len(pairs) == count == named:
         table.warnings.append(
-            f"empty lines make {count} blocks, but the names {named} curves, and not "
+            f"empty lines make {count} blocks, but the names {count_of(named, 'curve')}, and not "
             "the same; the names were taken"
         )

@@ -8,6 +8,7 @@ import numpy as np
 
 from touchatlas.patch.geometry.arrays import has_powers
 from touchatlas.patch.geometry.section import LEAST_POINTS
+from touchatlas.patch.words import count_of
 from touchatlas.sim.recorded.vectors import what_vectors_are
 from touchatlas.sim.world.units import UNITS
 
@@ -105,8 +106,9 @@ def checked(path: Path, groups, unit: str, options: ReadOptions, assumed, warnin
         assumed = [*assumed, f"a tip of radius {off:g} was taken off along the normals"]
     everything = np.concatenate([np.zeros((0, 3)), *(points for _, points, _ in groups)])
     count = len({name for name, *_ in groups} - {""})
-    many = f"{count} curve{'s' * (count != 1)}" if count else "no curve"
-    assumed = [*assumed, f"{len(everything)} points of {many}, in {unit or 'a unit not named'}"]
+    many = count_of(count, "curve") if count else "no curve"
+    points = count_of(len(everything), "point")
+    assumed = [*assumed, f"{points} of {many}, in {unit or 'a unit not named'}"]
     how = f"{path.name} was read so: {'; '.join(assumed)}"
     if not len(everything):
         raise ValueError(f"{path} has no points; {how}")
@@ -188,8 +190,8 @@ def _once(curves: list[Curve], warnings: list[str]) -> list[Curve]:
         owner[mine[owner[mine] < 0]] = k
         if curve.name and most >= 0 and curves[most].name and 2 * again.sum() > len(mine):
             warnings.append(
-                f"curve {curve.name!r} repeats {again.sum()} points of curve "
-                f"{curves[most].name!r}; they were counted once"
+                f"curve {curve.name!r} repeats {count_of(again.sum(), 'point')} of curve "
+                f"{curves[most].name!r}; each was counted once"
             )
             outward = None if curve.outward is None else curve.outward[~again]
             kept.append(replace(curve, points=curve.points[~again], outward=outward))

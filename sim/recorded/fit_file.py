@@ -15,6 +15,7 @@ from touchatlas.patch.fit.displacement import (
     estimate_displacements,
     prior_of,
 )
+from touchatlas.patch.words import count_of
 from touchatlas.sim.judge.number_meanings import LENGTH
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import Curve, ReadOptions
@@ -104,8 +105,9 @@ def _fitted(method: str, curves, noise, point, outward) -> tuple[Recording, Patc
     # A quadric has six coefficients.
     if patch.count < 6:
         raise ValueError(
-            f"only {patch.count} points lie within {patch.radius:.3g} of the reference point, "
-            "where the nearest curve ends; give a point farther from the ends, or track further"
+            f"only {count_of(patch.count, 'point lies', 'points lie')} within {patch.radius:.3g} "
+            "of the reference point, where the nearest curve ends; give a point farther from the "
+            "ends, or track further"
         )
     cosine = float(patch.frame.normal @ side) / max(float(np.sqrt(side @ side)), 1e-300)
     if cosine < 0.05:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from touchatlas.patch.words import count_of
 from touchatlas.planner.drivers.recording import Recording
 from touchatlas.sim.recorded.column_names import columns_by_name, triples_of
 from touchatlas.sim.recorded.table_file import Table, read_table
@@ -70,7 +71,8 @@ def read_force_file(path, unit: str = "") -> Recording:
     named = [columns.names[i] for i in places]
     said = [f"time, position and force are {', '.join(named)}"]
     if not rising.all():
-        said.append(f"{(~rising).sum()} lines repeat the time before them, and are left out")
+        lines = count_of((~rising).sum(), "line has", "lines have")
+        said.append(f"{lines} the time of the line before, and not used")
     own = columns.unit or table.unit or said_unit([text for _, text in table.words])
     own = UNITS[unit] if unit else own
     kept = rows[rising]

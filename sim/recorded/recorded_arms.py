@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from touchatlas.patch.words import count_of
 from touchatlas.planner.drivers.bags import is_bag, read_bag
 from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.planner.drivers.recording import Recording
@@ -88,7 +89,7 @@ def arms_of(path: Path, options: ReadOptions) -> Curves | None:
     check_size(path, np.concatenate([curve.points for curve in curves]))
     assumed = (
         *recording.said,
-        f"{len(touches)} touches of {len(curves)} contours in contact",
+        f"{count_of(len(touches), 'touch')} of {count_of(len(curves), 'contour')} in contact",
         f"a tip of radius {tip.radius:.6g} was taken off along normals from the force",
     )
     return Curves(curves, False, assumed, (), recording.unit)

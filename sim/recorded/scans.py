@@ -11,6 +11,7 @@ from touchatlas.atlas import Scan
 from touchatlas.atlas.samples.neighbourhoods import noise_of_cloud
 from touchatlas.patch.fit.curve_noise import estimate_noise
 from touchatlas.patch.geometry.section import LEAST_POINTS
+from touchatlas.patch.words import count_of
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curve_errors import check_order
 from touchatlas.sim.recorded.curves import Curve, ReadOptions
@@ -71,8 +72,8 @@ def read_scans(
     """
     if len(noise) not in (0, 1, len(paths)):
         raise ValueError(
-            f"got {len(noise)} of --noise for {len(paths)} files; give one for all, one for each, "
-            "or none, to estimate it"
+            f"got {len(noise)} of --noise for {count_of(len(paths), 'file')}; give one for "
+            "all, one for each, or none, to estimate it"
         )
     if options.tip:
         first = options.unit or unit or read_curves(paths[0], options).unit
@@ -142,7 +143,7 @@ def _noise(path, curves: list[Curve], factor: float) -> float:
     found = noise_of_cloud(cKDTree(points))
     if found is None:
         raise ValueError(
-            f"{path} has {len(points)} points, too few to tell how noisy they are; give --noise, "
-            "the standard deviation of each coordinate"
+            f"{path} has {count_of(len(points), 'point')}, too few to tell how noisy they are; "
+            "give --noise, the standard deviation of each coordinate"
         )
     return factor * found

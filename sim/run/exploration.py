@@ -6,11 +6,18 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+from touchatlas.patch.words import count_of
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.kept_settings import check_settings
 from touchatlas.sim.folder.option_tables import as_table, updated
-from touchatlas.sim.folder.run_folder import new_run, old_run, read_settings, write_settings
+from touchatlas.sim.folder.run_folder import (
+    REGIONS_OF,
+    new_run,
+    old_run,
+    read_settings,
+    write_settings,
+)
 from touchatlas.sim.folder.run_options import (
     RunOptions,
     check_effort,
@@ -29,7 +36,7 @@ from touchatlas.sim.world.objects import digest_of, make_object
 from touchatlas.sim.world.units import millimetre_of
 
 # Keys of run.toml, and of probe.toml, that are no options of the run.
-NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified")
+NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified", REGIONS_OF)
 # Journals of earlier versions do not hold the settings of their touches.
 _ASSUMED = (
     "the journal of {folder} does not say with which settings it was made; those of run.toml are "
@@ -211,8 +218,8 @@ def _kept(folder: Path) -> tuple[list[Entry], dict]:
             ) from None
     if (learned := len(read_seconds(folder / "steps.csv"))) > len(kept):
         raise ValueError(
-            f"{path} holds {len(kept)} touches, but steps.csv {learned}; put the whole journal "
-            "back, or explore again with --force"
+            f"{path} holds {count_of(len(kept), 'touch')}, but steps.csv {learned}; put the "
+            "whole journal back, or explore again with --force"
         )
     return kept, held
 
@@ -238,7 +245,8 @@ def _check_budget(folder: Path, options: RunOptions, kept: list[Entry], finer: b
     if ended in {reason.value for reason in StopReason} and not finer:
         raise FinishedError(f"{folder} is finished: {ended}", numbers)
     if ended == MAX_TOUCHES and touches == most:
-        words = f"{folder} is finished: it has its {most} touches; give a larger --max-touches"
+        words = count_of(most, "touch")
+        words = f"{folder} is finished: it has its {words}; give a larger --max-touches"
         raise FinishedError(words, numbers)
     if ended == MAX_LENGTH and longest is not None and length >= longest:
         words = f"{folder} is finished: it has tracked {length:.4g}; give a larger --max-length"

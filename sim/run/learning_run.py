@@ -24,14 +24,22 @@ from touchatlas.atlas import (
 from touchatlas.planner import Planner, PlannerOptions, ProbePlan, load_planner, save_planner
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.option_tables import as_table, updated
-from touchatlas.sim.folder.run_folder import old_run, read_settings, write_settings
+from touchatlas.sim.folder.run_folder import (
+    REGIONS_OF,
+    old_run,
+    read_settings,
+    write_settings,
+)
 from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.look.frame_store import FrameStore
 
 # The object of run.toml where there is no truth.
 RECORDED = "recorded data"
 # Keys of run.toml that are no options of the run.
-NO_OPTIONS = ("object", "seed", "noise", "scale", "unit", "start", "outward", "versions")
+NO_OPTIONS = (
+    *("object", "seed", "noise", "scale", "unit", "start", "outward"),
+    *("versions", REGIONS_OF),
+)
 _PLANNER, _LEARNED = "planner.json", "learned"
 
 

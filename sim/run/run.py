@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from touchatlas.atlas import Atlas, Surface, Touch, load_atlas
+from touchatlas.patch.words import count_of
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.ply import read_ply
 from touchatlas.sim.folder.run_folder import read_settings
@@ -113,7 +114,8 @@ class Run:
         numbers = self.numbers
         if not numbers:
             return f"<Run: {self.folder}, not finished>"
-        words = f"{numbers['touches']} touches, {numbers['faces']} faces, "
+        words = f"{count_of(numbers['touches'], 'touch')}, "
+        words += f"{count_of(numbers['faces'], 'face')}, "
         words += f"{numbers['predicted_coverage']:.1%} known to the tolerance"
         if diameter := numbers.get("free_disc"):
             words += f", holes and horns up to {diameter:.3g} may be missed"
@@ -179,7 +181,7 @@ def explore(
 def _line(touches: int, known: float) -> None:
     """Draw how far a run is, over what was drawn before."""
     bar = "#" * round(24 * known)
-    words = f"{touches} touches, {known:.1%} known to the tolerance"
+    words = f"{count_of(touches, 'touch')}, {known:.1%} known to the tolerance"
     print(f"\r[{bar:<24}] {words}", end="", flush=True)
 
 

@@ -16,6 +16,7 @@ from touchatlas.atlas.check.free_disc import disc_numbers
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.store import atlas_bytes
 from touchatlas.patch.entry_points import PLANNERS, load_added
+from touchatlas.patch.words import count_of
 from touchatlas.planner import Planner, Step, explore, planner_of
 from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.journal import Entry, Journal
@@ -187,7 +188,8 @@ class Work:
             recorder = Recorder(self.probe, journal, self.kept, self._remedy)
             if not done:
                 journal.keep_settings(kept_settings(self.settings))
-            self.watcher.begins(f"repeating {done} touches of the journal" if done else "touching")
+            words = f"repeating {count_of(done, 'touch')} of the journal"
+            self.watcher.begins(words if done else "touching")
             steps = explore(
                 self.atlas, self.planner, recorder, options.max_touches, options.max_length
             )
@@ -205,8 +207,8 @@ class Work:
                 if hold:
                     raise interrupt_of(hold.signal)
                 raise ValueError(
-                    f"{self.folder} holds {done} touches, but exploring now ends after {learned}; "
-                    f"{self._remedy}"
+                    f"{self.folder} holds {count_of(done, 'touch')}, but exploring now ends "
+                    f"after {learned}; {self._remedy}"
                 )
             self.progress.measure()
             self.phases.add("record", time.perf_counter() - start - counted)
@@ -262,10 +264,10 @@ class Work:
             failed = False
         except (sqlite3.Error, OSError) as error:
             name = "journal.sqlite" if isinstance(error, sqlite3.Error) else "steps.csv"
+            count = count_of(max(len(self.progress.rows), len(self.kept)), "touch")
             raise OSError(
-                f"{self.folder / name} cannot be written ({error}) after "
-                f"{max(len(self.progress.rows), len(self.kept))} touches, which are kept; free "
-                f"some space, then touchatlas resume {self.folder}"
+                f"{self.folder / name} cannot be written ({error}) after {count}; all is kept: "
+                f"free some space, then touchatlas resume {self.folder}"
             ) from None
         finally:
             if journal is not None:

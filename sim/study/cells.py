@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import IO, Any
 
+from touchatlas.atlas.files import write_whole
+
 Row = dict[str, str]
 LEDGER = "cells.jsonl"
 
@@ -119,15 +121,7 @@ class Ledger:
     def __enter__(self) -> "Ledger":
         data = self.path.read_bytes() if self.path.is_file() else b""
         whole = data[: data.rfind(b"\n") + 1]
-        for number, line in enumerate(whole.splitlines(), start=1):
-            try:
-                key, answer = json.loads(line)
-                self.answers[key] = Answer(**{f.name: answer[f.name] for f in fields(Answer)})
-            except (ValueError, LookupError, TypeError):
-                raise ValueError(
-                    f"line {number} of {self.path} is none that a study writes; put the file "
-                    "back, or choose another --out"
-                ) from None
+        self.answers = _answers(whole, self.path)
         self._file = open(self.path, "r+b" if self.path.is_file() else "w+b")  # noqa: SIM115
         self._file.truncate(len(whole))
         self._file.seek(len(whole))
@@ -137,10 +131,43 @@ class Ledger:
         """Keep an answer: in the file, whatever happens to this process."""
         assert self._file is not None
         self.answers[key] = answer
-        self._file.write(json.dumps([key, asdict(answer)]).encode() + b"\n")
+        self._file.write(_line(key, answer))
         self._file.flush()
 
     def __exit__(self, *_) -> None:
         assert self._file is not None
         os.fsync(self._file.fileno())
         self._file.close()
+
+
+def kept_answers(folder: Path) -> dict[str, Answer]:
+    """The answers that a folder keeps, by the keys of their cells; none where it has no ledger."""
+    path = folder / LEDGER
+    data = path.read_bytes() if path.is_file() else b""
+    return _answers(data[: data.rfind(b"\n") + 1], path)
+
+
+def keep_answers(folder: Path, answers: dict[str, Answer]) -> None:
+    """Let a folder keep these answers alone."""
+    lines = [_line(key, answer) for key, answer in answers.items()]
+    write_whole(folder / LEDGER, b"".join(lines))
+
+
+def _line(key: str, answer: Answer) -> bytes:
+    """The line of an answer."""
+    return json.dumps([key, asdict(answer)]).encode() + b"\n"
+
+
+def _answers(data: bytes, path: Path) -> dict[str, Answer]:
+    """The answers of whole lines; ValueError for a line that is none of ours."""
+    found = {}
+    for number, line in enumerate(data.splitlines(), start=1):
+        try:
+            key, answer = json.loads(line)
+            found[key] = Answer(**{f.name: answer[f.name] for f in fields(Answer)})
+        except (ValueError, LookupError, TypeError):
+            raise ValueError(
+                f"line {number} of {path} is none that a study writes; put the file back, or "
+                "choose another --out"
+            ) from None
+    return found

@@ -7,6 +7,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.patch.words import count_of
 from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_lock import locked
 from touchatlas.sim.study.paper import paper_tables
@@ -75,9 +76,9 @@ def _table1(numbers: dict) -> Table:
     title = f"Table 1: a bottle's neck, arms of {found['arm_length']:.3g} mm"
     table = _table(title, "fit", "k1, k2", *_ERRORS.values(), narrow=True)
     table.caption = (
-        f"Medians over {numbers['draws']} draws of noise {numbers['noise_std']:g} mm; below them "
-        "standard deviations of k1, k2 and quartiles of the mean errors |z(x, y) - z|, mm. D is "
-        f"the hull of the data curves. Exact: {exact['k1']:.4f}, {exact['k2']:.4f}."
+        f"Medians over {count_of(numbers['draws'], 'draw')} of noise {numbers['noise_std']:g} mm; "
+        "below them standard deviations of k1, k2 and quartiles of the mean errors |z(x, y) - z|, "
+        f"mm. D is the hull of the data curves. Exact: {exact['k1']:.4f}, {exact['k2']:.4f}."
     )
     for row in found["rows"]:
         label = row["fit"] if row["curves"] == "three" else f"{row['fit']}, other three"

@@ -172,12 +172,17 @@ def measure_cells(
             waiting[key] = cell.given
     done = len(cells) - len(waiting)
     watch(done, len(cells))
-    if waiting:
+    if not waiting:
+        return
+    try:
         with workers(work, len(waiting), say) as those:
             for key, answer in those.answers(measure, waiting):
                 ledger.add(key, answer)
                 done += 1
                 watch(done, len(cells))
+    except KeyboardInterrupt as stop:
+        stop.add_note("what was measured is kept, and the same command goes on")
+        raise
 
 
 def _rows(study: Study, cells: list[Cell], ledger: Ledger) -> dict[str, list[Row]]:

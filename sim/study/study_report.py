@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.files import write_whole
+from touchatlas.patch.words import count_of
 from touchatlas.sim.study.about import about
 from touchatlas.sim.study.cells import Row
 from touchatlas.sim.study.compare import (
@@ -65,12 +66,13 @@ def _dicts(table: Table) -> list[dict[str, str]]:
 
 def _head(study: StudyFile, rows: list[Row], made: dict) -> list[str]:
     """What was run, in sentences."""
-    sizes = f"{len(study.sources)} objects, {len(study.settings())} settings, "
+    sizes = (len(study.sources), "object"), (len(study.settings()), "setting")
+    counts = [count_of(*one) for one in (*sizes, (len(study.seeds), "seed"))]
     words = ", ".join(f"{name} {value}" for name, value in made["versions"].items())
     machine = ", ".join(made["machine"].values())
     commit = f", commit {made['commit']}" if made["commit"] else ""
     return [
-        f"{len(rows)} runs: {sizes}{len(study.seeds)} seeds.",
+        f"{count_of(len(rows), 'run')}: {', '.join(counts)}.",
         f"Drawn with {words}{commit}, on {machine}; times.csv says where each run was measured.",
         "Repeat it by touchatlas study with the file below. A cell has the median and, in "
         "brackets, the interval that holds that of all such runs in 95 of 100 studies.",

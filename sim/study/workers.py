@@ -1,5 +1,6 @@
 """Workers: where the cells of a study are measured, on this machine or on a cluster, by Dask."""
 
+import atexit
 import logging
 import os
 import signal
@@ -8,8 +9,11 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from importlib.util import find_spec
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, Protocol
 
+from touchatlas.patch.words import count_of
+from touchatlas.sim.run.interrupt import GRACE, held_interrupt, interrupt_of
 from touchatlas.sim.study.about import versions
 from touchatlas.sim.study.cell_process import answered, answered_apart
 from touchatlas.sim.study.cells import LOST, Answer, Limits
@@ -88,6 +92,10 @@ class WorkOptions:
                 f"the cluster is {self.cluster!r}; give the address of a Dask scheduler, as "
                 f"tcp://HOST:8786, or one of {', '.join(CLUSTERS)}"
             )
+        for name in ("cell_seconds", "cell_gigabytes"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < float("inf"):
+                raise ValueError(f"{name} is {value!r}; it must be a number > 0, or left out")
         limited = self.limits.seconds is not None or self.limits.gigabytes is not None
         if self.workers == 0 and (self.cluster or limited):
             raise ValueError(
@@ -129,31 +137,76 @@ def workers(
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with dask.config.set(_SETTINGS), ExitStack() as stack:
-        if "://" in options.cluster:
-            client = _client_of(Client, options.cluster, min(_ANSWERS, options.wait))
-            stack.callback(client.close)
-        else:
-            cluster = _own(options, cells) if not options.cluster else _named(options)
-            client = Client(cluster, set_as_default=False)
-            stack.callback(_ended, client, cluster, not options.cluster)
+        with _whole_cluster():
+            if "://" in options.cluster:
+                client = _client_of(Client, options.cluster, min(_ANSWERS, options.wait))
+                stack.callback(client.close)
+            else:
+                loop = _unreached_loop(stack)
+                cluster = _own(options, cells, loop) if not options.cluster else _named(options)
+                client = Client(cluster, set_as_default=False)
+                stack.callback(_ended, client, cluster, not options.cluster)
         if find_spec("bokeh") and client.dashboard_link:
             say(f"the cells can be watched at {client.dashboard_link}")
         _check(client, options)
         yield OnDask(client, options)
 
 
-def _own(options: WorkOptions, cells: int):
+@contextmanager
+def _whole_cluster() -> Iterator[None]:
+    """Hold Ctrl-C back until the cluster that the block makes is whole. One that is cut off in the
+    making cannot be closed: Dask would try to at the end of the process, and fail aloud."""
+    from distributed.deploy.spec import close_clusters
+
+    try:
+        with held_interrupt(grace=GRACE) as hold:
+            yield
+    except KeyboardInterrupt:
+        # Its processes end with this one, whose pipes they read.
+        atexit.unregister(close_clusters)
+        raise
+    if hold:
+        raise interrupt_of(hold.signal)
+
+
+def _unreached_loop(stack: ExitStack):
+    """The loop of Dask, in a thread that Ctrl-C does not reach, nor any process that it begins: a
+    terminal sends it to all, and this process ends the others."""
+    from distributed.utils import LoopRunner
+
+    runner = LoopRunner(asynchronous=False)
+    # It unblocks signals of the thread that first begins a process.
+    resource_tracker.ensure_running()
+    # A thread has the mask of the one that begins it, and so has a process.
+    masks = hasattr(signal, "pthread_sigmask")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    try:
+        runner.start()
+    finally:
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    stack.callback(runner.stop)
+    return runner.loop
+
+
+def _own(options: WorkOptions, cells: int, loop):
     """A cluster on this machine, with no more workers than cells."""
     from distributed import LocalCluster
 
     count = min(options.workers or os.cpu_count() or 1, cells)
-    return LocalCluster(
-        n_workers=count,
-        threads_per_worker=1,
-        dashboard_address=":0",
-        memory_limit=0,
-        silence_logs=logging.CRITICAL,
-    )
+    try:
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            dashboard_address=":0",
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+            loop=loop,
+        )
+    except RuntimeError as error:
+        raise OSError(
+            f"the workers do not start ({error}); try --workers 1, or 0 to measure in this process"
+        ) from None
 
 
 def _named(options: WorkOptions):
@@ -245,8 +298,8 @@ class OnDask:
             future.release()
         if left:
             raise OSError(
-                f"the Dask scheduler was lost with {left} cells left; what is done is kept: call "
-                "the same again"
+                f"the Dask scheduler was lost with {count_of(left, 'cell')} left; what is done is "
+                "kept: call the same again"
             )
 
 

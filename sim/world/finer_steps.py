@@ -7,7 +7,7 @@ import numpy as np
 from touchatlas.patch.geometry.arrays import cross
 
 # How often a step is halved at most. Doubled, bends of an eighth of the radius are followed.
-_HALVINGS = 3
+HALVINGS = 3
 
 
 def whole_steps(length: float) -> int:
@@ -29,7 +29,7 @@ def last_steps(length: float) -> np.ndarray:
     [5.5, 5.75]
     """
     at, found = float(whole_steps(length)), []
-    for halving in range(1, _HALVINGS + 1):
+    for halving in range(1, HALVINGS + 1):
         if at + 0.5**halving <= length:
             at += 0.5**halving
             found.append(at)
@@ -58,7 +58,7 @@ def finer_steps(points, turn: float, middles: Callable[[np.ndarray], np.ndarray]
         finer_steps(circle(np.arange(9.0)), 0.2, circle)  # 33 numbers, 0.25 apart
     """
     at = np.arange(len(points), dtype=float)
-    for _ in range(_HALVINGS):
+    for _ in range(HALVINGS):
         chords = np.diff(points, axis=0)
         across = cross(chords[:-1], chords[1:])
         bends = np.arctan2(

@@ -7,9 +7,15 @@ import numpy as np
 from touchatlas.atlas import Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.order import out_of_order
+from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.planner import ProbePlan
+from touchatlas.sim.world.finer_steps import HALVINGS
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
+
+# Points (n, 3) of an arm, and why it ends.
+Arm = tuple[np.ndarray, ContourEnd]
 
 
 class Probe:
@@ -66,32 +72,41 @@ class Probe:
     def _track(self, contact, plan: ProbePlan):
         normals = np.array([plane.normal for plane in plan.planes])
         forward = cross(plan.normal[None], normals)
-        arms = self._object.trace_arms(
-            contact,
-            np.concatenate([normals, normals]),
-            np.concatenate([forward, -forward]),
-            plan.reach,
-            plan.step,
-            plan.max_turn,
-            plan.step_turn,
-        )
+        arms = self._arms(contact, normals, forward, plan, plan.step)
+        count = len(normals)
+        for k in range(count):
+            if _is_shuffled(contact, arms[k], arms[count + k]):
+                arms[k], arms[count + k] = self._in_order(contact, normals[k], forward[k], plan)
         known = _known_along([points for points, _ in arms], plan)
         arms = [
             _ended(contact, points, end, along, plan.step)
             for (points, end), along in zip(arms, known, strict=True)
         ]
         contours, tracked = [], 0.0
-        count = len(normals)
         for ahead, behind, normal in zip(arms[:count], arms[count:], normals, strict=True):
-            points = np.concatenate([behind[0][::-1], contact[None], ahead[0]])
-            if ahead[1] is ContourEnd.CLOSED_LOOP:
-                points = points[len(behind[0]) :]
+            points = _joined(contact, ahead, behind)
             points = points + self._noise * self._rng.normal(size=points.shape)
             contours.append(
                 Contour(points, SamplingPlane(contact, normal), self._noise, (behind[1], ahead[1]))
             )
             tracked += sum(_lengths(contact, arm)[-1:].sum() for arm in (ahead[0], behind[0]))
         return tuple(contours), tracked
+
+    def _arms(self, contact, normals, forward, plan: ProbePlan, step: float) -> list[Arm]:
+        """The arms ahead in planes with normals (m, 3), and then those behind."""
+        planes, ways = np.concatenate([normals, normals]), np.concatenate([forward, -forward])
+        turns = plan.max_turn, plan.step_turn
+        return list(self._object.trace_arms(contact, planes, ways, plan.reach, step, *turns))
+
+    def _in_order(self, contact, normal, forward, plan: ProbePlan) -> list[Arm]:
+        """The arms of a contour whose steps jump between two sides of a thin body: in shorter
+        steps, which follow one side; without samples where none does."""
+        for halving in range(1, HALVINGS + 1):
+            step = plan.step * 0.5**halving
+            arms = self._arms(contact, normal[None], forward[None], plan, step)
+            if not _is_shuffled(contact, *arms):
+                return arms
+        return [(np.zeros((0, 3)), ContourEnd.TURNED_AWAY)] * 2
 
     def state(self) -> str:
         """Place and random numbers of the probe, as JSON; ``restore`` takes it."""
@@ -109,6 +124,19 @@ class Probe:
                 f"the probe's state cannot be read ({error!r}); explore again"
             ) from None
         self._position = None if position is None else np.array(position, float)
+
+
+def _joined(contact, ahead: Arm, behind: Arm) -> np.ndarray:
+    """(n, 3) points of a contour in order of travel: of a closed loop those of one arm."""
+    if ahead[1] is ContourEnd.CLOSED_LOOP:
+        return np.concatenate([contact[None], ahead[0]])
+    return np.concatenate([behind[0][::-1], contact[None], ahead[0]])
+
+
+def _is_shuffled(contact, ahead: Arm, behind: Arm) -> bool:
+    """Whether a touch would refuse a contour as one in no order of travel."""
+    points = _joined(contact, ahead, behind)
+    return len(points) >= LEAST_POINTS and out_of_order(points)
 
 
 def _way(origin, length: float, plan: ProbePlan) -> np.ndarray | None:

@@ -127,8 +127,22 @@ def test_a_journal_is_learned_by_regions_once(tmp_path):
         assert atlas_bytes(found) == expected
     assert counts == [(0, 2), (1, 2), (2, 2), (2, 2)]
     (tmp_path / "regions" / "region-1.npz").unlink()
-    with pytest.raises(ValueError, match=r"region-1.npz is not what was learned"):
-        learn_by_regions(*arguments, work=HERE)
+    again = learn_by_regions(*arguments, work=HERE, watch=lambda *now: counts.append(now))
+    assert atlas_bytes(again) == expected and counts[4:] == [(1, 2), (2, 2)]
+
+
+def test_a_folder_holds_the_regions_of_the_last_cut_alone(tmp_path):
+    """Files of two cuts have the same names: each cut is learned anew, and finds what the other
+    order of cuts finds."""
+    touches = spread_touches(make_object("sphere"), 8)
+    journal, found = kept(touches, tmp_path / "journal.sqlite"), {}
+    for most, count in ((4, 2), (8, 1), (4, 2), (2, 4)):
+        atlas = learn_by_regions(journal, tmp_path / "regions", TOLERANCE, most, work=HERE)
+        assert atlas_bytes(atlas) == found.setdefault(most, atlas_bytes(atlas))
+        files = {path.name for path in (tmp_path / "regions").glob("region-*.npz")}
+        assert files == {f"region-{number}.npz" for number in range(count)}
+        rows = (tmp_path / "regions" / "regions.csv").read_text().splitlines()
+        assert {row.split(",")[1] for row in rows[1:]} == files
 
 
 def test_what_has_no_regions_is_refused(touches, tmp_path):

@@ -145,7 +145,7 @@ def test_poses_in_a_gap_of_forces_are_left_out_and_counted(bags):
     found = read_bag(bags / "gap")
     assert not ((found.times > 0.51) & (found.times < 1.49)).any()
     assert abs(len(found.times) - 100) < 5
-    assert any("have no force within three periods" in words for words in found.said)
+    assert any("without a force within three periods" in words for words in found.said)
 
 
 def test_what_is_no_whole_bag_is_refused_in_a_sentence(bags, tmp_path):

@@ -160,6 +160,11 @@ def test_existing_run_is_refused_unless_forced(whole_run):
         (["export", "missing", "a.step"], "missing holds no atlas.npz"),
         (["export", "junk", "a.txt"], "ends in '.txt'"),
         (["fit", "missing.csv"], "missing.csv is no file"),
+        (
+            ["learn", "nan.csv", "--noise", "-1"],
+            "--noise is -1.0; it must be a finite number, 0 or",
+        ),
+        (["chart", "--cell-seconds", "-1"], "cell_seconds is -1.0; it must be a number > 0"),
         (["fit", "nan.csv"], "nan.csv was read so"),
         (["fit", "columns.csv"], "no column x, y, z among a, b"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "tolerance is -1"),
@@ -237,7 +242,7 @@ def test_streams_that_nobody_reads_change_no_exit_code(tmp_path, command, code):
     "command",
     [
         *("objects", "explore", "resume", "evaluate", "view", "compare", "export", "fit"),
-        *("chart", "paper", "qualify"),
+        *("chart", "paper", "qualify", "learn", "next", "regions", "study"),
     ],
 )
 def test_every_command_explains_itself(tmp_path, command):

@@ -1,12 +1,15 @@
 """touchatlas regions as a user meets it."""
 
 import json
+import shutil
 
 import pytest
 import trimesh
 
 from tests.command import assert_refused, touchatlas
 from touchatlas.atlas import load_atlas
+from touchatlas.sim.study.cells import LIMITED, Answer
+from touchatlas.sim.study.workers import Here
 
 
 @pytest.fixture(scope="module")
@@ -46,3 +49,49 @@ def test_regions_of_a_run_become_one_atlas_as_sure_as_its_own(run):
 )
 def test_regions_refuses_what_it_cannot_do(run, arguments, words):
     assert_refused(touchatlas("regions", *arguments, cwd=run), 2, words)
+
+
+@pytest.mark.parametrize("command", ["resume", "view", "regions", "evaluate"])
+def test_a_folder_of_regions_is_no_run_and_says_whose_it_is(run, tmp_path, command):
+    """Without a surface it cannot be evaluated either."""
+    shutil.copytree(run / "a", tmp_path / "a")
+    assert touchatlas("regions", "a", "--workers", "0", cwd=tmp_path).returncode == 0
+    (tmp_path / "a" / "regions" / "surface.ply").unlink()
+    held = contents(tmp_path)
+    words = "a/regions is for the regions of a, and has no touches: touchatlas regions a learns"
+    assert_refused(touchatlas(command, "a/regions", cwd=tmp_path), 2, words)
+    assert contents(tmp_path) == held
+
+
+def test_regions_of_another_run_are_replaced_by_force_alone(run, tmp_path):
+    for name in ("a", "b"):
+        shutil.copytree(run / "a", tmp_path / name, ignore=shutil.ignore_patterns("regions"))
+    asked = "--workers", "0", "--out", "both"
+    assert touchatlas("regions", "a", *asked, cwd=tmp_path).returncode == 0
+    held = contents(tmp_path)
+    done = touchatlas("regions", "b", *asked, cwd=tmp_path)
+    assert_refused(done, 2, "both already holds regions of a; choose another --out, or --force")
+    wrong = touchatlas("regions", "b", *asked, "--force", "--most", "0", cwd=tmp_path)
+    assert_refused(wrong, 2, "most is 0")
+    done = touchatlas("regions", "b", "--out", "a", "--force", cwd=tmp_path)
+    assert_refused(done, 2, "a holds run.toml, atlas.npz, surface.ply, of no set of regions")
+    assert contents(tmp_path) == held
+    assert touchatlas("regions", "b", *asked, "--force", cwd=tmp_path).returncode == 0
+    # A run and its regions may be moved together.
+    (tmp_path / "new").mkdir()
+    for name in ("b", "both"):
+        (tmp_path / name).rename(tmp_path / "new" / name)
+    done = touchatlas("regions", "new/b", *asked[:3], "new/both", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_region_that_exceeds_its_limit_is_a_failure(run, tmp_path, monkeypatch):
+    """The command is a proper one; that a limit was too small is found by measuring."""
+    answer = Answer(LIMITED, words="it exceeded its time of 1 s")
+    monkeypatch.setattr(Here, "answers", lambda _, measure, given: ((k, answer) for k in given))
+    done = touchatlas("regions", "a", "--workers", "0", "--out", tmp_path / "r", cwd=run)
+    assert_refused(done, 1, "region 0 was not learned: it exceeded its time of 1 s")
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -9,8 +9,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 
+import psutil
 import pytest
 
 from tests.command import PROCESS, assert_refused, progress_lines, touchatlas
@@ -86,6 +87,41 @@ def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, cod
         _, errors = process.communicate(timeout=60)
     assert process.returncode == code, errors
     assert "finishing touch" in errors and "touchatlas resume r" in errors
+
+
+def begun_by(process):
+    """Command lines of the processes that a process has begun."""
+    found = []
+    for child in psutil.Process(process.pid).children(recursive=True):
+        with suppress(psutil.Error):
+            found.append(" ".join(child.cmdline()))
+    return found
+
+
+@pytest.mark.parametrize("command", ["study", "paper"])
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_ctrl_c_while_workers_start_is_one_sentence(tmp_path, command, times):
+    """A terminal sends it to all processes. Workers import for a second when they are begun."""
+    text = 'objects = ["sphere"]\n[options]\nmax_touches = 1\ntolerance = 2.0\n'
+    (tmp_path / "s.toml").write_text(text)
+    words = {"study": ["study", "s.toml"], "paper": ["paper"]}[command]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        [*PROCESS, *words, "--workers", "2"],
+        cwd=tmp_path,
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        wait_for(lambda: any("spawn_main" in line for line in begun_by(process)), process)
+        for _ in range(times):
+            os.killpg(process.pid, signal.SIGINT)
+            time.sleep(0.1)
+        _, errors = process.communicate(timeout=60)
+    lines = [line for line in errors.splitlines() if line not in progress_lines(errors)]
+    assert process.returncode == 130 and len(lines) == 1, errors
+    assert "what was measured is kept, and the same command goes on" in lines[0]
 
 
 def test_a_second_process_is_refused_with_the_number_of_the_first(tmp_path):

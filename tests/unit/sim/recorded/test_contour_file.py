@@ -185,9 +185,7 @@ def test_a_contour_that_was_written_twice_counts_once(file):
     again = [line.replace("b", "again") for line in LINES if line.startswith("b")]
     found = read_curves(file(HEADER, *LINES, *reversed(again)))
     assert [curve.name for curve in found.curves] == ["a", "b", "c"]
-    assert found.warnings == (
-        "curve 'again' repeats 6 points of curve 'b'; they were counted once",
-    )
+    assert found.warnings == ("curve 'again' repeats 6 points of curve 'b'; each was counted once",)
 
 
 def test_columns_that_are_not_used_are_said(file):

@@ -217,7 +217,7 @@ main()
 @pytest.mark.skipif(sys.platform == "win32", reason="no file size limit to play a full disk")
 @pytest.mark.parametrize(
     ("limit", "touches", "words"),
-    [(34_000, 100, "touches, which are kept"), (61_440, 3, "r/surface.ply: File too large; see")],
+    [(34_000, 100, "touches; all is kept"), (61_440, 3, "r/surface.ply: File too large; see")],
     ids=["journal", "surface"],
 )
 def test_a_full_disk_is_one_sentence_and_keeps_what_was_committed(

@@ -10,14 +10,14 @@ from scipy.stats import norm
 
 from tests.command import assert_refused, touchatlas
 from touchatlas.sim import RunOptions
-from touchatlas.sim.study.cells import LEDGER
+from touchatlas.sim.study.cells import LEDGER, LIMITED, Answer
 from touchatlas.sim.study.compare import comparisons, median_interval, share_interval
 from touchatlas.sim.study.course import FIGURES, TIMED
 from touchatlas.sim.study.study import run
 from touchatlas.sim.study.study_file import read_study
 from touchatlas.sim.study.study_report import write_report
 from touchatlas.sim.study.sweep import runs_of, sweep
-from touchatlas.sim.study.workers import WorkOptions
+from touchatlas.sim.study.workers import Here, WorkOptions
 
 TEXT = """
 objects = ["sphere", "box.stl", "more"]
@@ -125,6 +125,62 @@ def test_equal_seeds_give_equal_tables_and_a_report(tmp_path):
         *(LEDGER, "runs.csv", "times.csv", "study.toml"),
         *("report.html", "report.pdf", "summary.json"),
     }
+
+
+SMALL = """objects = ["sphere"]
+seeds = {seeds}
+[options]
+max_touches = 1
+tolerance = {tolerance}
+"""
+
+
+def small_study(folder, seeds=1, tolerance=2.0, force=()):
+    """Carry out the study small.toml of a folder."""
+    folder.mkdir(exist_ok=True)
+    (folder / "small.toml").write_text(SMALL.format(seeds=seeds, tolerance=tolerance))
+    words = folder / "small.toml", "--workers", "0", *force
+    return touchatlas("study", *words, cwd=folder.parent)
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_study_goes_on_with_more_seeds_and_another_of_the_same_name_is_refused(tmp_path):
+    for seeds in (1, 2, 2):
+        assert small_study(tmp_path / "a", seeds).returncode == 0
+    out, held = tmp_path / "runs" / "small", contents(tmp_path / "runs")
+    assert len((out / "runs.csv").read_text().splitlines()) == 3
+    done = small_study(tmp_path / "b", 2, 3.0)
+    words = f"holds a study with 2 runs that {tmp_path}/b/small.toml has not; choose another --out"
+    assert_refused(done, 2, words)
+    assert contents(tmp_path / "runs") == held
+    # One run of two is left out, and the other is kept.
+    assert_refused(small_study(tmp_path / "b", 1), 2, "holds a study with 1 run that")
+    assert small_study(tmp_path / "b", 1, force=["--force"]).returncode == 0
+    lines = held[out / LEDGER].splitlines(keepends=True)
+    assert (out / LEDGER).read_bytes() == lines[0]
+    assert small_study(tmp_path / "b", 1).returncode == 0
+
+
+def test_a_study_leaves_what_is_no_study_alone(tmp_path):
+    out = tmp_path / "runs" / "small"
+    out.mkdir(parents=True)
+    (out / "notes.txt").write_text("mine")
+    assert_refused(small_study(tmp_path / "a"), 2, "runs/small is not empty; choose another --out")
+    (out / "runs.csv").write_text("mine")
+    done = small_study(tmp_path / "a", force=["--force"])
+    assert_refused(done, 2, "runs/small holds runs.csv, of no study, which a study would overwrite")
+    assert {path.name for path in out.iterdir()} == {"notes.txt", "runs.csv"}
+
+
+def test_a_study_of_which_no_run_has_a_result_is_a_failure(tmp_path, monkeypatch):
+    answer = Answer(LIMITED, words="it exceeded its time of 1 s")
+    monkeypatch.setattr(Here, "answers", lambda _, measure, given: ((k, answer) for k in given))
+    done = small_study(tmp_path / "a")
+    assert_refused(done, 1, "no run has a result; the column ended of runs/small/runs.csv says why")
+    assert "1 run is in runs/small" in done.stdout
 
 
 def row(name, seed, planner, touches, met="1"):

@@ -101,7 +101,7 @@ def test_what_stops_a_study_ends_its_workers():
         ({"workers": -1}, "workers is -1; it must be a whole number >= 0"),
         ({"cluster": "slurmy"}, "the cluster is 'slurmy'; give the address"),
         ({"workers": 0, "cell_seconds": 1.0}, "it goes with neither a cluster nor limits"),
-        ({"cell_seconds": -1.0}, "seconds is -1.0; it must be a number > 0"),
+        ({"cell_seconds": -1.0}, "cell_seconds is -1.0; it must be a number > 0"),
     ],
 )
 def test_wrong_options_are_refused(options, words):
