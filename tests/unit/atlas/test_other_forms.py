@@ -29,4 +29,4 @@ def test_one_line_says_what_is_held():
     assert repr(Atlas(0.1)) == "<Atlas: 0 touches, 0 samples, tolerance 0.1>"
     line, surface = repr(found.atlas), repr(extract_surface(found.atlas))
     assert f"{len(found.touches)} touches" in line and "faces: 1 " in line and "\n" not in line
-    assert surface.endswith("of 1 faces, closed>")
+    assert surface.endswith("of 1 face, closed>")
