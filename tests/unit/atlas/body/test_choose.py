@@ -59,6 +59,22 @@ def test_six_planes_describe_a_box_shorter_than_one_free_form_face(box):
     assert description_length(box.body) < 0.5 * one
 
 
+def test_lengths_of_boxes_far_apart_add_up():
+    """A parameter costs what the samples of its own piece make it cost, however many others there
+    are: two equal boxes take twice the nats of one, to rounding."""
+    points, outward, planes = touched_mesh("box", 20, NOISE)
+    away = np.array([500.0, 0.0, 0.0])
+    lengths = []
+    for shifts in ([0.0], [0.0, 1.0]):
+        places = np.concatenate([points + shift * away for shift in shifts])
+        columns = [np.tile(column, (len(shifts), 1)) for column in (outward, planes)]
+        samples = contour_samples(places, *columns, STD)
+        body = Body(faces_of_samples(samples), samples)
+        assert [face.kind for face in body.faces.faces] == ["plane"] * 6 * len(shifts)
+        lengths.append(description_length(body))
+    assert lengths[1] == pytest.approx(2.0 * lengths[0], rel=1e-6)
+
+
 def test_faces_that_two_parts_know_apart_are_joined(box):
     """Each half of the touches knows the six planes: twelve pieces become six again."""
     faces, half = box.faces, box.body.samples.touches > 14
