@@ -10,12 +10,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.edges.blunt_edges import (
-    PiecesAt,
-    blunt_edges,
-    needless_labels,
-    rounding_nats,
-)
+from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
+from touchatlas.atlas.edges.rounded_pair import PiecesAt
 from touchatlas.atlas.labels.grow import Evidence, Growth, evenly, growths, planes_from
 from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
