@@ -100,8 +100,8 @@ def look_for_body(
 
 def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
     """The body of the shortest description: all samples as one face, faces that go on from those
-    read ``before``, or faces that are read anew. Where laws leave noise alone, no description of
-    more parameters is shorter, and those that go on are kept."""
+    read ``before``, or faces that are read anew. Where the laws that go on leave noise alone, they
+    are kept, and nothing else is tried: see ``leaves_noise``."""
     on = None if before.faces is None else faces_of_samples(samples, before=before.faces)
     gone_on = None if on is None else body_of_faces(on, samples)
     if gone_on is not None and leaves_noise(gone_on):
@@ -179,7 +179,7 @@ def leaves_noise(body: Body) -> bool:
     -----
     A parameter more explains half a nat of noise, and takes half the logarithm of the number of
     samples. A free-form face that follows samples as well has more parameters: a level and slopes
-    wherever laws have theirs.
+    wherever laws have theirs. Other faces of as few parameters may be shorter by what noise makes.
     """
     faces = body.faces
     if not faces.are_lawful:
@@ -203,10 +203,11 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     """Nats in which a body describes its samples (Rissanen 1978, Schwarz 1978).
 
     A sample takes half its squared distance from the surface over its variance, and no more than
-    an unexplained one. A parameter takes half the logarithm of the number of samples of its patch,
-    which are those that determine it. The number of parameters that samples determine is the trace
-    of the smoother: the sum of the variances of the surface at the samples over that of a sample
-    (Hastie, Tibshirani, Friedman, The Elements of Statistical Learning, 2009, section 5.4.1).
+    an unexplained one. A parameter takes half the logarithm of the number of samples of its patch:
+    those of a face, or those within the radius of a sextic. The number of parameters that samples
+    determine is the trace of the smoother: the sum of the variances of the surface at the samples
+    over that of a sample (Hastie, Tibshirani, Friedman, The Elements of Statistical Learning, 2009,
+    section 5.4.1).
     Labels of neighbours that differ are paid for as in the labelling (a Potts model).
     """
     samples, faces = body.samples, body.faces
@@ -214,7 +215,7 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     misfit = np.minimum(0.5 * (found.distance / samples.stds) ** 2, options.unexplained)
     freedom = np.minimum((found.deviation / samples.stds) ** 2, 1.0)
     patch = body.field.trees.patches_at(samples.points, found.face)
-    counts = np.maximum(body.field.trees.sample_counts()[patch], 2)
+    counts = np.maximum(body.field.trees.sample_counts[patch], 2)
     length = float(misfit.sum() + 0.5 * (freedom * np.log(counts)).sum())
     if body.is_one_face:
         return length

@@ -151,8 +151,10 @@ class FaceTrees:
                 out[mine] += surface.leading(points[mine])
         return out
 
+    @property
     def sample_counts(self) -> np.ndarray:
-        """Number of samples that each of the patches, in this order, was fitted to."""
+        """Number of the samples of each of the patches, in this order: those of a face, or those
+        within the radius of a sextic."""
         own = [len(f.samples) for f in self.faces.faces if f.id not in self._group_of]
         surfaces = self._all_free_form.values()
         return np.concatenate([own, *(surface.sample_counts for surface in surfaces)]).astype(int)
