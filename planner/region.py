@@ -10,8 +10,8 @@ import numpy as np
 from touchatlas.atlas.mesh.winding import winding_numbers
 
 _WANTED = "give box:X,Y,Z,X,Y,Z (two corners), ball:X,Y,Z,RADIUS, or the path of a closed mesh"
-# CAD files, of which trimesh makes triangles in metres, whatever unit they name.
-_IN_METRES = (".step", ".stp", ".iges", ".igs", ".brep")
+# Files of which trimesh makes triangles in metres, whatever unit they name.
+_IN_METRES = (".step", ".stp")
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def _of_file(text: str) -> Region:
         raise ValueError(f"region is {text!r}, which is no file; {_WANTED}")
     if path.suffix.lower() in _IN_METRES:
         raise ValueError(
-            f"region is {text!r}, a CAD file; give a mesh of it, in the unit of the touches"
+            f"region is {text!r}, a STEP file; give a mesh of it, in the unit of the touches"
         )
     try:
         content = path.read_bytes()

@@ -32,7 +32,7 @@ def value_gradient_terms(cone, points) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return side * (cosine * rho - sine * height), gradient, out
 
 
-def offset(cone) -> np.ndarray:
+def outward_change(cone) -> np.ndarray:
     """(7,) change of the coefficients, over the distance by which it moves the surface outward: the
     apex along the axis."""
     out = np.zeros(7)

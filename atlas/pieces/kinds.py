@@ -132,11 +132,11 @@ def value_gradient_terms(kind: Kind, coefficients, scaled):
     return *value_and_gradient(kind, coefficients, scaled, terms), terms
 
 
-def offset(kind: Kind, coefficients) -> np.ndarray:
+def outward_change(kind: Kind, coefficients) -> np.ndarray:
     """(t,) change of the coefficients, over the distance by which it moves the surface outward: of
     a polynomial the constant, along the normal at the origin."""
     if kind in CLOSED_FORMS:
-        return np.asarray(CLOSED_FORMS[kind].offset(coefficients))
+        return np.asarray(CLOSED_FORMS[kind].outward_change(coefficients))
     return np.eye(len(coefficients))[0]
 
 

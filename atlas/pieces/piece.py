@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.atlas.pieces.kinds import Kind, hessians, offset, value_gradient_terms
+from touchatlas.atlas.pieces.kinds import Kind, hessians, outward_change, value_gradient_terms
 
 # Least gradient of F over that at the origin: below it the zero set is near a point where it
 # crosses itself, as two faces of a cube do that are one quadric. Doubled, half an ellipsoid is not
@@ -130,7 +130,7 @@ class Piece:
 
     def loosened(self, variance: float) -> "Piece":
         """The same surface, its distance at the origin less sure by a variance, length^2."""
-        change = offset(self.kind, self.coefficients)
+        change = outward_change(self.kind, self.coefficients)
         more = np.outer(change, change) * variance / self.scale**2
         return replace(self, covariance=self.covariance + more)
 

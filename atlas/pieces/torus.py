@@ -34,7 +34,7 @@ def value_gradient_terms(torus, points) -> tuple[np.ndarray, np.ndarray, np.ndar
     return side * distance - torus[7], gradient, out
 
 
-def offset(torus) -> np.ndarray:
+def outward_change(torus) -> np.ndarray:
     """(8,) change of the coefficients, over the distance by which it moves the surface outward: the
     radius of the tube."""
     return np.eye(len(torus))[7]

@@ -58,11 +58,15 @@ class Limits:
 
     def __post_init__(self) -> None:
         for name in ("seconds", "gigabytes"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < value < float("inf"):
-                raise ValueError(f"{name} is {value!r}; it must be a number > 0, or left out")
+            check_limit(name, getattr(self, name))
         if self.deaths < 1:
             raise ValueError(f"deaths is {self.deaths!r}; it must be a whole number >= 1")
+
+
+def check_limit(name: str, value: float | None) -> None:
+    """Refuse a limit of a name that is not a number > 0, or left out."""
+    if value is not None and not 0.0 < value < float("inf"):
+        raise ValueError(f"{name} is {value!r}; it must be a number > 0, or left out")
 
 
 # What became of a cell.

@@ -16,7 +16,7 @@ from touchatlas.patch.words import count_of
 from touchatlas.sim.run.interrupt import GRACE, held_interrupt, interrupt_of
 from touchatlas.sim.study.about import versions
 from touchatlas.sim.study.cell_process import answered, answered_apart
-from touchatlas.sim.study.cells import LOST, Answer, Limits
+from touchatlas.sim.study.cells import LOST, Answer, Limits, check_limit
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -93,9 +93,7 @@ class WorkOptions:
                 f"tcp://HOST:8786, or one of {', '.join(CLUSTERS)}"
             )
         for name in ("cell_seconds", "cell_gigabytes"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < value < float("inf"):
-                raise ValueError(f"{name} is {value!r}; it must be a number > 0, or left out")
+            check_limit(name, getattr(self, name))
         limited = self.limits.seconds is not None or self.limits.gigabytes is not None
         if self.workers == 0 and (self.cluster or limited):
             raise ValueError(

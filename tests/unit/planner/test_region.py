@@ -36,10 +36,10 @@ def test_a_mesh_file_that_was_written_again_is_read_again(tmp_path):
         assert region_of(str(path)).distance([[5.0, 0.0, 0.0]]) == pytest.approx(5.0 - 0.5 * side)
 
 
-def test_a_cad_file_is_no_region_because_its_unit_would_be_lost(tmp_path):
+def test_a_step_file_is_no_region_because_its_unit_would_be_lost(tmp_path):
     path = tmp_path / "part.STEP"
     path.write_text("ISO-10303-21;")
-    with pytest.raises(ValueError, match=r"region is '.*part\.STEP', a CAD file; give a mesh"):
+    with pytest.raises(ValueError, match=r"region is '.*part\.STEP', a STEP file; give a mesh"):
         region_of(str(path))
 
 

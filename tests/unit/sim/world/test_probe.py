@@ -83,6 +83,7 @@ def test_a_contour_about_a_thin_body_follows_its_outline(half, step, turn):
         plane = SamplingPlane(place, np.eye(3)[2])
         plan = ProbePlan(0, place, normal, (plane,), 10.0 * step, step, turn, Reason.START)
         points = Probe(obj, 0.0, rng)(plan).contours[0].points
+        assert len(points) >= 3
         along = np.diff(around(points, half))
         along -= np.round(along)
         assert (along > 0.0).all() or (along < 0.0).all()
