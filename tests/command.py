@@ -13,6 +13,15 @@ from touchatlas.sim.command.entry import main
 # The same in a process of its own.
 PROCESS = [sys.executable, "-c", "from touchatlas.sim.command.entry import main; main()"]
 
+# The same without pictures, which take most of the time of a short run.
+UNDRAWN = [
+    *PROCESS[:-1],
+    "from touchatlas.sim.run import conclusion, progress; "
+    "drawn = lambda *_: b'no picture'; "
+    "conclusion.surface_picture = conclusion.replay_bytes = drawn; "
+    "progress.Progress.png_bytes = drawn; " + PROCESS[-1],
+]
+
 # A whole run of a ball, to a tolerance of 0.6 instead of 0.1: its truth has a sixth of the
 # triangles.
 WHOLE_RUN = ("explore", "sphere", "--tolerance", 0.6, "--noise", 0.12, "--json")
@@ -38,9 +47,9 @@ def touchatlas(*arguments, cwd) -> subprocess.CompletedProcess:
     return subprocess.CompletedProcess(words, code, out.getvalue(), errors.getvalue())
 
 
-def touchatlas_process(*arguments, cwd) -> subprocess.CompletedProcess:
+def touchatlas_process(*arguments, cwd, process=PROCESS) -> subprocess.CompletedProcess:
     """The same of a command in a process of its own."""
-    return subprocess.run([*PROCESS, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
+    return subprocess.run([*process, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
 
 
 def progress_lines(errors: str) -> list[str]:

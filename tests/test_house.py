@@ -148,6 +148,18 @@ warn_unused_ignores = true
 [[tool.mypy.overrides]]
 module = ["touchatlas.patch", "touchatlas.atlas", "touchatlas.planner", "touchatlas.sim"]
 implicit_reexport = false
+
+# No module of the four folders names these: other packages import them, and they take seconds.
+[[tool.mypy.overrides]]
+module = [
+    "gymnasium.wrappers.*",
+    "gymnasium.vector.*",
+    "dask.array.*",
+    "dask.dataframe.*",
+    "IPython.*",
+    "prompt_toolkit.*",
+]
+follow_imports = "skip"
 """
 
 

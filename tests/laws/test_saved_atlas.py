@@ -52,8 +52,15 @@ def test_saved_atlas_comes_back_whole(kind, tmp_path):
 WHOLE = {"bottle": lambda: explored("bottle"), "block": lambda: explored_sharp("block")}
 
 
-@pytest.mark.parametrize("name", WHOLE)
-@pytest.mark.parametrize("before", [1, 4])
+@pytest.mark.parametrize(
+    ("name", "before"),
+    [
+        ("bottle", 1),
+        ("block", 4),
+        pytest.param("bottle", 4, marks=pytest.mark.slow),
+        pytest.param("block", 1, marks=pytest.mark.slow),
+    ],
+)
 def test_loaded_atlas_goes_on_learning(name, before, tmp_path):
     """Three more touches give the same bytes, whether it was saved and loaded between or not."""
     touches = WHOLE[name]().touches

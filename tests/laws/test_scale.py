@@ -14,7 +14,7 @@ from touchatlas.planner import Planner, ProbePlan, explore
 from touchatlas.sim import Probe
 
 # One law, a free-form body, planes, and planes with a cylinder; touches by which they have faces.
-BODIES = {"sphere": 4, "bottle": 6, "block": 9, "cylinder": 8}
+BODIES = {"sphere": 4, "bottle": 4, "block": 9, "cylinder": 8}
 # What a power of two scales has the same digits, and all that follows from it.
 POWER = 2.0**10
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.explored import explore_body
 from tests.flat import UP
-from tests.sharp import explored_faces
+from tests.sharp import sharp_object
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import PlannerOptions, ProbePlan, Reason, StopReason
@@ -96,8 +97,10 @@ def test_ends_with_fewest_guesses_and_nearest_to_the_probe_come_first(monkeypatc
 
 def test_a_probe_that_stops_at_edges_finds_all_faces_of_a_cube():
     """Contours turn by 46 degrees at most, less than a right angle. Behind all their ends is a face
-    that is known."""
-    found = explored_faces("block", 0.8)
+    that is known. Of 17 samples on each arm instead of 43 the same follows in a third of the
+    time."""
+    options = PlannerOptions(max_turn=0.8, step=0.035)
+    found = explore_body(sharp_object("block"), 100, options=options)
     assert found.stop.reason is StopReason.KNOWN
     known = found.atlas.known_body
     assert not known.is_one_face and [face.kind for face in known.body.faces.faces] == 6 * ["plane"]

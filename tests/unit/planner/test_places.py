@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from tests.explored import learned, spread_touches
+from tests.explored import learned_at_once, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
@@ -113,14 +113,14 @@ def test_an_atlas_without_a_touch_has_no_places():
 
 def test_places_measure_the_area_of_a_closed_ball():
     """Triangles with sides h of a seventh of the radius r have h^2 / 6 r^2 less than the ball."""
-    found = places_of(learned(spread_touches(make_object("sphere"), 12), 0.1))
+    found = places_of(learned_at_once(spread_touches(make_object("sphere"), 12), 0.1))
     assert len(found.rim) == 0
     assert found.area.sum() == pytest.approx(4.0 * np.pi * 33.0**2, rel=5e-3)
 
 
 def test_an_opening_at_which_contact_was_lost_is_no_rim_to_touch():
     """Half a ball: contours that lost contact show the rim, twenty touches nearly all of it."""
-    atlas = learned(spread_touches(cup(0.5), 20, 0.01), 0.1)
+    atlas = learned_at_once(spread_touches(cup(0.5), 20, 0.01), 0.1)
     found = places_of(atlas)
     assert len(atlas.rims) and found.area.sum() == pytest.approx(2.0 * np.pi * 33.0**2, rel=0.1)
     assert len(found.rim) < 0.1 * 2.0 * np.pi * 33.0 / (atlas.body.extent / 32)
@@ -131,21 +131,25 @@ def touches_of_blob():
     return spread_touches(make_object("blob"), 16, NOISE)
 
 
-def test_where_cubes_are_too_coarse_for_a_closed_surface_is_no_opening(touches_of_blob):
+@pytest.fixture(scope="module")
+def blob(touches_of_blob):
+    """An atlas of all of them, which tests read alone."""
+    return learned_at_once(touches_of_blob, TOLERANCE)
+
+
+def test_where_cubes_are_too_coarse_for_a_closed_surface_is_no_opening(blob):
     """Corners of cubes of six tenths of the reach are too far from samples to be known."""
-    atlas = learned(touches_of_blob, TOLERANCE)
-    edge = 0.6 * atlas.body.reach
-    open_ = igl.boundary_facets(body_surface(atlas.body, edge).faces)[0]
-    assert len(open_) and not len(places_of(atlas, edge).rim)
-    assert not len(places_of(atlas).rim)
+    edge = 0.6 * blob.body.reach
+    open_ = igl.boundary_facets(body_surface(blob.body, edge).faces)[0]
+    assert len(open_) and not len(places_of(blob, edge).rim)
+    assert not len(places_of(blob).rim)
 
 
-def test_what_is_known_in_a_hole_is_no_more_than_it_encloses(touches_of_blob, monkeypatch):
+def test_what_is_known_in_a_hole_is_no_more_than_it_encloses(blob, monkeypatch):
     """Triangles of one side are taken away: strips beside the rim of a round hole, as wide as a
     fourth of it, know what is there, and no more than that; a bulge has more than the flat disc
     that its rim encloses."""
-    atlas = learned(touches_of_blob, TOLERANCE)
-    whole = places_of(atlas)
+    whole = places_of(blob)
 
     def holed(body, cube):
         drawn = body_surface(body, cube)
@@ -157,14 +161,14 @@ def test_what_is_known_in_a_hole_is_no_more_than_it_encloses(touches_of_blob, mo
     monkeypatch.setattr(
         "touchatlas.planner.places._are_open", lambda body, rim, away, of: rim[:, 0] < np.inf
     )
-    found = places_of(atlas)
+    found = places_of(blob)
     hole = whole.area.sum() - found.area.sum()
     beside = found.rim_area.sum()
     assert np.isfinite(found.rim_deviation).all() and 0.5 * hole < beside < hole
 
 
 def test_where_no_touch_was_is_an_opening(touches_of_blob):
-    atlas = learned([t for t in touches_of_blob if t.contact[2] > 0.0], TOLERANCE)
+    atlas = learned_at_once([t for t in touches_of_blob if t.contact[2] > 0.0], TOLERANCE)
     for edge in None, 0.2 * atlas.body.reach:
         found = places_of(atlas, edge)
         assert found.rim_size.max() > 0.3 * atlas.body.extent
@@ -205,9 +209,7 @@ def test_holes_that_are_closed_within_the_tolerance_are_no_unknown_area():
     assert found.areas(TOLERANCE, PredictiveLaw(), found.stay_open(TOLERANCE, 1e3)).unknown == 2.0
 
 
-def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(
-    monkeypatch, touches_of_blob
-):
+def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(monkeypatch, blob):
     """A surface of eight, and a hole of two; another one is closed within the tolerance."""
     sizes = [1.01 * LARGEST_CLOSED, 0.99 * LARGEST_CLOSED]
     up = np.array([[0.0, 0.0, 1.0]])
@@ -215,12 +217,12 @@ def test_small_holes_count_in_the_forecast_until_the_planner_ended_as_known(
     sure["away"] = np.zeros(1)
     found = replace(rims(sizes, [0.0, 0.0]), **sure)
     monkeypatch.setattr("touchatlas.planner.planner.places_of", lambda atlas: found)
-    atlas, planner = learned(touches_of_blob, TOLERANCE), Planner(np.zeros(3), up[0])
+    planner = Planner(np.zeros(3), up[0])
     open_ = 8.0 / (8.0 + 2.0 * planner.options.levels.behind)
-    assert planner.forecast(atlas).predicted_coverage == pytest.approx(open_)
+    assert planner.forecast(blob).predicted_coverage == pytest.approx(open_)
     for reason, share in (StopReason.STAGNATION, open_), (StopReason.KNOWN, 1.0):
         planner.stop = Stop(reason, Forecast(0.0, up), np.zeros((0, 3)))
-        assert planner.forecast(atlas).predicted_coverage == pytest.approx(share)
+        assert planner.forecast(blob).predicted_coverage == pytest.approx(share)
 
 
 def test_what_samples_contradict_is_not_known():
@@ -233,7 +235,7 @@ def test_what_samples_contradict_is_not_known():
     axis = np.abs(points[k]).argmax()
     points[k - 1 : k + 2, axis] += height * np.sign(points[k, axis])
     bump = replace(touches[-1], contours=(replace(first, points=points), *others))
-    atlas = learned([*touches[:-1], bump], cube.tolerance)
+    atlas = learned_at_once([*touches[:-1], bump], cube.tolerance)
     assert {face.kind for face in atlas.faces().faces} == {"plane"}
     found, samples = places_of(atlas), atlas.pool.points
     nearest = samples[cKDTree(samples).query(found.points)[1]]

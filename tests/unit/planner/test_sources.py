@@ -264,17 +264,17 @@ def test_holes_below_a_fortieth_of_the_extent_are_looked_for_as_if_they_were_lar
 @pytest.mark.parametrize("scale", [1.0, 1e-3])
 def test_the_smallest_hole_is_the_bore_of_a_tube(scale):
     """Its outer side is no hole."""
-    assert smallest_hole(known_body("tube", 40, scale)) == pytest.approx(scale * BORE, rel=0.02)
+    assert smallest_hole(known_body("tube", 24, scale)) == pytest.approx(scale * BORE, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["box", "cylinder", "widely filleted"])
 def test_a_body_without_a_bore_has_no_hole(name):
     """The outer side of a cylinder is none, and a fillet is a rounded edge."""
-    assert smallest_hole(known_body(name, 40)) == np.inf
+    assert smallest_hole(known_body(name, 24)) == np.inf
 
 
 def test_half_of_a_bore_is_no_hole():
-    body = known_body("tube", 40)
+    body = known_body("tube", 24)
     faces = body.faces
     bore = next(f for f in faces.faces if f.law and f.law.words.startswith("hollow"))
     half = bore.samples[faces.normals[bore.samples, 0] > 0.0]

@@ -72,12 +72,22 @@ def _whole_run() -> tuple[dict[str, bytes], str]:
     return files, done.stdout
 
 
+@pytest.fixture(scope="session")
+def whole_run_in():
+    """Writes the files of a whole run into a new folder; returns it and what the command
+    printed."""
+
+    def write(folder: Path) -> tuple[Path, str]:
+        files, printed = _whole_run()
+        folder.mkdir()
+        for name, data in files.items():
+            (folder / name).write_bytes(data)
+        return folder, printed
+
+    return write
+
+
 @pytest.fixture
-def whole_run(tmp_path):
+def whole_run(whole_run_in, tmp_path):
     """A copy of the folder of a whole run, and what the command printed."""
-    files, printed = _whole_run()
-    folder = tmp_path / "whole"
-    folder.mkdir()
-    for name, data in files.items():
-        (folder / name).write_bytes(data)
-    return folder, printed
+    return whole_run_in(tmp_path / "whole")

@@ -86,13 +86,6 @@ def test_faces_that_two_parts_know_apart_are_joined(box):
     assert len(known.body.faces.edges) == len(box.body.faces.edges)
 
 
-def test_a_box_with_a_free_form_top_is_of_faces():
-    known = look_for_body(pool_of("wavy", 30), STD)
-    kinds = [face.kind for face in known.body.faces.faces]
-    assert "free-form" in kinds and kinds.count("plane") >= 5
-    assert description_length(known.body) < description_length(body_of_one(known.body.samples))
-
-
 def test_samples_beside_the_faces_make_their_description_longer(box):
     """One side is moved by ten deviations at every fourth sample: each of them takes the price of
     an unexplained sample instead of half a nat."""

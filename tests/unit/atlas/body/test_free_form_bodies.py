@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.lawful import HALF, lawful_object, touched_mesh
-from touchatlas.atlas.body.choose import KnownBody, look_for_body
+from touchatlas.atlas.body.choose import KnownBody, body_of_one, description_length, look_for_body
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
 NOISE = 0.02
@@ -24,6 +24,7 @@ def test_a_box_with_a_free_form_top_is_a_body(known):
     kinds = [face.kind for face in known.body.faces.faces]
     assert "free-form" in kinds
     assert kinds.count("plane") >= 5
+    assert description_length(known.body) < description_length(body_of_one(known.body.samples))
 
 
 def test_its_surface_is_within_the_tolerance_where_it_is_known(known):

@@ -114,6 +114,7 @@ def test_the_slab_goes_on_up_to_the_rounded_edges_of_a_column(seed):
             assert np.abs(found.distance[known] - height).max() < 5.0 * NOISE
 
 
+@pytest.mark.slow
 @MISSED
 def test_roundings_that_face_each_other_do_not_take_each_other_for_ends():
     """Of two columns on one slab: each side across the gap between them lies outside of the

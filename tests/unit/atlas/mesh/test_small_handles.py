@@ -13,8 +13,10 @@ from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
 
-# Vertices of the grid along each axis, and the rounding of creases, in which no cube is ambiguous.
-_GRID, _ROUND = 101, 0.03
+# Coordinates of the grid along each axis, none of which is on the surface, where cubes have edges
+# of no length: the rings reach to 1.6 on one side, and the ball alone to -1 on the other. The
+# rounding of creases is one in which no cube is ambiguous.
+_AXIS, _ROUND = np.linspace(-1.094, 1.7, 83), 0.03
 NO_RIMS = Rims(SamplePool())
 
 
@@ -34,9 +36,7 @@ def surface_of(vertices, faces) -> Surface:
 @lru_cache
 def ball_with_rings(*radii: float) -> Surface:
     """A unit ball with an upright ring half out of it for each radius, a third as thick."""
-    # No grid point lies on the surface, where cubes have edges of no length.
-    axis = np.linspace(-1.707, 1.7, _GRID)
-    grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = np.stack(np.meshgrid(_AXIS, _AXIS, _AXIS, indexing="ij"), axis=-1).reshape(-1, 3)
     value = np.linalg.norm(grid, axis=1) - 1.0
     for radius, middle in zip(radii, np.eye(3), strict=False):
         offset = grid - middle
@@ -47,7 +47,7 @@ def ball_with_rings(*radii: float) -> Surface:
         depth = np.linalg.norm(offset - along[:, None] * middle - side[:, None] * across, axis=1)
         ring = np.hypot(flat, depth) - radius / 3.0
         value = -_ROUND * np.logaddexp(-value / _ROUND, -ring / _ROUND)
-    vertices, faces, *_ = igl.marching_cubes(value, grid, _GRID, _GRID, _GRID, 0.0)
+    vertices, faces, *_ = igl.marching_cubes(value, grid, *3 * [len(_AXIS)], 0.0)
     assert len(igl.split_nonmanifold(faces)[1]) == len(vertices)
     return surface_of(vertices, faces)
 

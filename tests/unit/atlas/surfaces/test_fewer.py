@@ -1,5 +1,7 @@
 """Fewer sextics: how near they are to the surface that they follow, and how many."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from touchatlas.atlas.surfaces.fit_free_form import fit_free_form
 # Radii of a torus, the noise of its samples, and the largest radius of a sextic on it: it turns by
 # a radian and a half. Points of it are about as far apart as given; the tolerance is five noises.
 LARGE, SMALL, NOISE, RADIUS, SPACING, TOLERANCE = 30.0, 12.0, 0.02, 18.0, 1.7, 0.1
+TOLERANCES = [0.03, TOLERANCE, 0.5, 3.0]
 
 
 def torus(about, around) -> tuple[np.ndarray, np.ndarray]:
@@ -51,8 +54,14 @@ def fitted():
 
 
 @pytest.fixture(scope="module")
-def followed(fitted):
-    return fewer(fitted)
+def followed_to(fitted):
+    """Fewer sextics to a tolerance, made once for each."""
+    return lru_cache(lambda tolerance: fewer(fitted, tolerance))
+
+
+@pytest.fixture(scope="module")
+def followed(followed_to):
+    return followed_to(TOLERANCE)
 
 
 def test_a_torus_has_a_third_as_many_sextics_at_most(fitted, followed):
@@ -62,11 +71,11 @@ def test_a_torus_has_a_third_as_many_sextics_at_most(fitted, followed):
     assert 3 * len(followed.sextics) <= len(fitted.sextics)
 
 
-@pytest.mark.parametrize("tolerance", [0.03, TOLERANCE, 0.5, 3.0])
-def test_they_are_off_by_a_quarter_of_the_tolerance_at_most(fitted, tolerance):
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_they_are_off_by_a_quarter_of_the_tolerance_at_most(fitted, followed_to, tolerance):
     """A mean of distances that are within a bound is. The bound holds at points 1.7 apart; between
     them sextics bend little, and the surface goes on to what samples show to its deviation."""
-    points, followed = at_random(3000, 2)[0], fewer(fitted, tolerance)
+    points, followed = at_random(3000, 2)[0], followed_to(tolerance)
     values = fitted.values(points)
     off = followed.values(points)[:, 0] - values[:, 0]
     assert (np.abs(off) < 0.25 * tolerance + np.sqrt(values[:, 4])).all()
@@ -85,19 +94,19 @@ def test_they_are_as_sure_as_the_surface(fitted, followed):
 
 
 @pytest.mark.parametrize("tolerance", [TOLERANCE, 3.0])
-def test_beside_the_surface_their_distances_hold(fitted, tolerance):
+def test_beside_the_surface_their_distances_hold(followed_to, tolerance):
     """Cubes of the spacing are drawn by these: their corners must be on the right side. Off the
     surface of a torus the distance is exact along its normals."""
     points, normals = at_random(2000, 5)
-    followed = fewer(fitted, tolerance)
+    followed = followed_to(tolerance)
     for level in (-SPACING, SPACING):
         found = followed.at(points + level * normals)
         assert np.abs(found[:, 0] - level).max() < 0.5 * SPACING
         assert ((found[:, 1:4] * normals).sum(axis=1) > 0.5).all()
 
 
-def test_a_looser_tolerance_takes_no_more(fitted):
-    counts = [len(fewer(fitted, factor * TOLERANCE).sextics) for factor in (0.1, 1.0, 10.0, 100.0)]
+def test_a_looser_tolerance_takes_no_more(followed_to):
+    counts = [len(followed_to(tolerance).sextics) for tolerance in TOLERANCES]
     assert counts == sorted(counts, reverse=True) and counts[-1] < counts[0]
 
 

@@ -13,10 +13,10 @@ from touchatlas.sim.study.workers import Here
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
+def run(tmp_path_factory, whole_run_in):
     """A folder with the run of a sphere; tests write beside it."""
     folder = tmp_path_factory.mktemp("runs")
-    assert touchatlas("explore", "sphere", "--out", "a", cwd=folder).returncode == 0
+    whole_run_in(folder / "a")
     return folder
 
 

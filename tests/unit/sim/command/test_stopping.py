@@ -14,7 +14,7 @@ from contextlib import closing, suppress
 import psutil
 import pytest
 
-from tests.command import PROCESS, assert_refused, progress_lines, touchatlas
+from tests.command import PROCESS, UNDRAWN, assert_refused, progress_lines, touchatlas
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_folder import old_run
 
@@ -22,9 +22,9 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and fil
 RUN = ("explore", "sphere", "--tolerance", "0.6", "--max-touches", "12", "--out", "r")
 
 
-def start(*words, cwd):
+def start(*words, cwd, process=PROCESS):
     return subprocess.Popen(
-        [*PROCESS, *words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*process, *words], cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
 
@@ -54,7 +54,13 @@ TELLING = [
 ]
 
 
-@pytest.mark.parametrize("seconds", [0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.1, 1.6, 2.4])
+# While it imports, and while it touches; the others, between these, in the long studies.
+MOMENTS, BETWEEN = [0.02, 0.2, 0.6, 1.1, 2.4], [0.05, 0.1, 0.4, 0.8, 1.6]
+
+
+@pytest.mark.parametrize(
+    "seconds", [*MOMENTS, *(pytest.param(x, marks=pytest.mark.slow) for x in BETWEEN)]
+)
 def test_ctrl_c_at_ten_moments_is_no_traceback_and_ends_the_touching(tmp_path, seconds):
     """After it no touch begins. One may have ended between the count and the signal, and one is
     finished. The clock tells nothing here: other tests share the machine."""
@@ -81,7 +87,8 @@ def test_ctrl_c_at_ten_moments_is_no_traceback_and_ends_the_touching(tmp_path, s
 )
 def test_a_signal_names_what_it_waits_for_and_how_to_go_on(tmp_path, number, code):
     """With many touches to go the signal comes while it touches."""
-    with start("explore", "blob", "--tolerance", "1", "--out", "r", cwd=tmp_path) as process:
+    words = ["explore", "blob", "--tolerance", "1", "--out", "r"]
+    with start(*words, cwd=tmp_path, process=UNDRAWN) as process:
         wait_for((tmp_path / "r" / "journal.sqlite").exists, process)
         process.send_signal(number)
         _, errors = process.communicate(timeout=60)
@@ -157,7 +164,7 @@ def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path)
     small = tmp_path / "small"
     small.mkdir()
     mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=80k", "tmpfs", str(small)], capture_output=True
+        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(small)], capture_output=True
     )
     if mounted.returncode:
         pytest.skip("no tmpfs can be mounted here")

@@ -83,7 +83,7 @@ def test_records_say_in_one_line_what_they_hold():
 
 def test_a_run_is_explored_from_a_script(tmp_path, few_judged, no_pictures, capsys):
     said: list[tuple[int, float]] = []
-    options = ta.RunOptions(max_touches=3)
+    options = ta.RunOptions(max_touches=3, tolerance=0.6, noise=0.12)
     run = ta.explore("sphere", tmp_path / "r", options, progress=lambda *now: said.append(now))
     assert [count for count, _ in said] == [1, 2, 3] and len(run.touches) == 3
     assert capsys.readouterr().out == ""
