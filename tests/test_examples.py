@@ -25,7 +25,7 @@ ARGUMENTS = {
     "edge_sweeps.py": ["step", "50"],
     "faces.py": ["wall", "8"],
     "faces_beside_cgal.py": ["cube:12"],
-    "faults.py": ["none", "--bodies", "cap.ply", "--out", "faults.csv"],
+    "faults.py": ["none", "--bodies", "sphere", "--out", "faults.csv"],
     "forecast.py": ["sphere", "--workers", "1"],
     "fuzz_files.py": ["3"],
     "gallery.py": ["gallery", "sphere"],

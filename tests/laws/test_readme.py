@@ -9,8 +9,7 @@ import trimesh
 
 from touchatlas.atlas import Touch, TouchStatus
 from touchatlas.planner import StopReason
-from touchatlas.sim import Probe
-from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim import Probe, make_object
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -26,12 +25,9 @@ def carry_out(robot) -> dict:
 
 @pytest.fixture(scope="module")
 def ended():
-    """The loop on a ball of radius 33 whose top is where it starts: its facets lie within it
-    by 0.01, half a deviation of the noise."""
-    ball = trimesh.creation.icosphere(subdivisions=5, radius=33.0)
-    ball.apply_translation([0.0, 0.0, 90.0 - 33.0])
-    body = MeshObject("ball", np.array(ball.vertices), np.array(ball.faces))
-    return carry_out(Probe(body, 0.02, np.random.default_rng(0)))
+    """The loop on the bottle that its start belongs to."""
+    bottle = make_object("bottle")
+    return carry_out(Probe(bottle, bottle.noise_std, np.random.default_rng(0)))
 
 
 def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):

@@ -164,7 +164,7 @@ def test_a_disk_that_fills_up_keeps_the_touches_and_the_run_is_resumed(tmp_path)
     small = tmp_path / "small"
     small.mkdir()
     mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(small)], capture_output=True
+        ["mount", "-t", "tmpfs", "-o", "size=80k", "tmpfs", str(small)], capture_output=True
     )
     if mounted.returncode:
         pytest.skip("no tmpfs can be mounted here")
