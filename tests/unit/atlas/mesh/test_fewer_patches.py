@@ -89,7 +89,7 @@ def test_a_finished_open_body_is_valid_and_loaded_as_it_was_saved(tmp_path):
     mesh.remove_unreferenced_vertices()
     obj = MeshObject("open", np.array(mesh.vertices), np.array(mesh.faces))
     atlas, probe = Atlas(0.1), Probe(obj, 0.02, np.random.default_rng(0))
-    for _ in explore(atlas, Planner(*obj.start()), probe, 14):
+    for _ in explore(atlas, Planner(*obj.start()), probe, 10):
         pass
     atlas.finish()
     assert atlas.known_body.is_few and len(atlas.rims.ends.points)
