@@ -5,9 +5,10 @@ import numpy as np
 from touchatlas.atlas.body.other_unit import unit_factor
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
 from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
-from touchatlas.atlas.samples.evidence import Shift, shift_of, without_bad
+from touchatlas.atlas.samples.corrected import without_bad
 from touchatlas.atlas.samples.predictive_law import innovations_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.atlas.samples.shift import Shift, shift_of
 from touchatlas.atlas.state import AtlasState
 from touchatlas.atlas.touch_side import (
     near_arc,

@@ -8,8 +8,9 @@ import numpy as np
 from scipy.special import bdtrc, fdtrc, pdtrc
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
-from touchatlas.atlas.samples.evidence import ProbeEvidence, Shift
+from touchatlas.atlas.samples.evidence import ProbeEvidence
 from touchatlas.atlas.samples.predictive_law import LawPrior
+from touchatlas.atlas.samples.shift import Shift
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
 from touchatlas.patch.words import count_of

@@ -5,99 +5,24 @@ at one contact are of the probe alone. Their squares over the stated variance fo
 laws, which add up from touch to touch. So do the normal equations of a shift of the object.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from scipy.special import chdtrc, chdtri
+from scipy.special import chdtrc
 
-from touchatlas.atlas.records.options import Levels
+from touchatlas.atlas.samples.corrected import (
+    in_best_plane,
+    in_one_place,
+    noise_within,
+    noisier,
+)
 from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
-from touchatlas.patch.fit.bad_contacts import are_bad_contacts
-from touchatlas.patch.fit.curve_noise import estimate_noise
+from touchatlas.atlas.samples.shift import Shift
 from touchatlas.patch.geometry.contour import Contour
-from touchatlas.patch.geometry.section import LEAST_POINTS
 
 # Independent squares that a sample adds to the estimate of the noise by short fits: seven of them
 # share a fit of three parameters, and the median of the fits counts.
 _PER_SAMPLE = 0.4
-# Samples of a touch that count as independent: those of a contour share most of their error.
-_INDEPENDENT = 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class Shift:
-    """Normal equations of the shift t of the object that moves a touch onto the body of the touches
-    before it: distances d over deviations s, with the normals n there, d = n . t.
-
-    Parameters
-    ----------
-    matrix : (3, 3) float, 1/length^2
-        Sum of n n^T / s^2.
-    vector : (3,) float, 1/length
-        Sum of n d / s^2.
-    square : float
-        Sum of d^2 / s^2.
-    """
-
-    matrix: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
-    vector: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    square: float = 0.0
-
-    def __add__(self, other: "Shift") -> "Shift":
-        return Shift(
-            self.matrix + other.matrix, self.vector + other.vector, self.square + other.square
-        )
-
-    @property
-    def most_probable(self) -> np.ndarray:
-        """(3,) the shift, length, world, along directions in which it is known to ten times the
-        least deviation."""
-        return np.asarray(np.linalg.lstsq(self.matrix, self.vector, rcond=1e-2)[0])
-
-    def left(self, shift) -> float:
-        """Sum of squares that a shift (3,) leaves unexplained."""
-        return float(self.square - 2.0 * shift @ self.vector + shift @ self.matrix @ shift)
-
-
-def shift_of(
-    distance, normal, variance, freedom: float, levels: Levels = Levels(), contours=None
-) -> Shift:
-    """What samples at distances (n,), length, from a surface with normals (n, 3) and variances (n,)
-    say of a shift. Errors follow a Student t: what a shift does not explain weighs less, by
-    iteratively reweighted least squares. A shift moves all samples: nothing is said where more
-    than the level ``passed`` of those that it surely moves are on the surface all the same, as
-    beside a step that no contour has crossed. And nothing where one of ``contours`` (n,) int tells
-    of it alone: a few samples that the surface misses are always explained by some shift."""
-    count = len(distance)
-    if not count:
-        return Shift()
-    variance = np.maximum(variance, np.finfo(float).tiny)
-    weight = min(1.0, _INDEPENDENT / count) / variance
-    found, own = Shift(), weight
-    explained = np.zeros(count)
-    for _ in range(5):
-        scaled = own[:, None] * normal
-        found = Shift(normal.T @ scaled, scaled.T @ distance, float(own @ distance**2))
-        rest = distance - normal @ found.most_probable
-        explained = own * (distance**2 - rest**2)
-        own = weight * (freedom + 1.0) / (freedom + rest**2 / variance)
-    moved = normal @ found.most_probable
-    far = levels.sure * np.sqrt(variance)
-    surely, off = np.abs(moved) > far, np.abs(distance)
-    still = surely & (off < far) & (off < np.abs(distance - moved))
-    if still.sum() > levels.passed * surely.sum():
-        return Shift()
-    if contours is not None and _one_alone(explained, contours, levels):
-        return Shift()
-    return found
-
-
-def _one_alone(explained, contours, levels: Levels) -> bool:
-    """Whether squares that a shift surely explains at samples (n,) are those of one of ``contours``
-    (n,) int, but for a share that may be by chance."""
-    every = explained.sum()
-    largest = np.bincount(contours, explained).max()
-    return bool(every > levels.sure**2 and largest > (1.0 - levels.passed) * every)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +185,7 @@ class ProbeEvidence:
             *_tilt_of(tests),
         )
         every = replace(self, touches=(*self.touches, found))
-        meeting = meeting_of(_noisier(contours, every.noise_factor), contact, self.alpha)
+        meeting = meeting_of(noisier(contours, every.noise_factor), contact, self.alpha)
         if meeting is None:
             return every
         misses, freedom = meeting.misses, len(meeting.heights) - 1.0
@@ -283,48 +208,16 @@ class ProbeEvidence:
         planes of their samples, with the noise that they have, and each moved to where it meets the
         others most probably. They stay the same where nothing is refuted."""
         if self.refutes("tilt"):
-            contours = tuple(_in_best_plane(contour, self.chance) for contour in contours)
-        contours = _noisier(contours, self.noise_factor)
+            contours = tuple(in_best_plane(contour, self.chance) for contour in contours)
+        contours = noisier(contours, self.noise_factor)
         if spread := self.displacement:
-            contours = _in_one_place(contours, contact, spread, self.alpha)
+            contours = in_one_place(contours, contact, spread, self.alpha)
         return tuple(contours)
 
     @property
     def table(self) -> np.ndarray:
         """(t, k) all numbers, for a file."""
         return np.reshape([touch.row for touch in self.touches], (-1, WIDTH))
-
-
-def without_bad(contours) -> tuple[tuple[Contour, ...], np.ndarray]:
-    """The contours of a touch without bad contacts, and these (k, 3), length, world."""
-    noisy = [c for c in contours if c.noise_std > 0.0 and len(c.points) >= LEAST_POINTS]
-    none = tuple(contours), np.zeros((0, 3))
-    if not noisy:
-        return none
-    factor = max(1.0, noise_within(noisy))
-    bad = [are_bad_contacts(c, factor * c.noise_std) for c in contours]
-    if not any(one.any() for one in bad):
-        return none
-    kept = tuple(_some(c, ~one) for c, one in zip(contours, bad, strict=True))
-    return kept, np.concatenate([c.points[one] for c, one in zip(contours, bad, strict=True)])
-
-
-def noise_within(contours) -> float:
-    """The noise of contours by short fits, over the stated one; 0 without any that is long
-    enough."""
-    some = [contour for contour in contours if len(contour.points) >= LEAST_POINTS]
-    if not some:
-        return 0.0
-    points = [contour.points / contour.noise_std for contour in some]
-    return estimate_noise(points, np.array([contour.plane.normal for contour in some]))
-
-
-def _some(contour: Contour, some) -> Contour:
-    """The contour with some (n,) of its points."""
-    if some.all():
-        return contour
-    normals = None if contour.normals is None else contour.normals[some]
-    return replace(contour, points=contour.points[some], normals=normals)
 
 
 def _tilt_of(tests: list[PlaneTest]) -> tuple[float, float, float]:
@@ -336,42 +229,3 @@ def _tilt_of(tests: list[PlaneTest]) -> tuple[float, float, float]:
         sum(test.tilt_freedom for test in tests),
         float(np.sqrt(np.mean(angles**2))),
     )
-
-
-def _noisier(contours, factor: float) -> tuple[Contour, ...]:
-    """Contours whose noise is a factor times the stated one."""
-    if factor == 1.0:
-        return tuple(contours)
-    return tuple(replace(c, noise_std=factor * c.noise_std) for c in contours)
-
-
-def _in_best_plane(contour: Contour, chance: float) -> Contour:
-    """The contour in the plane of its samples, where these leave the stated one by more than noise
-    explains with a chance."""
-    test = plane_test(contour)
-    if test is None or test.tilt <= chdtri(test.tilt_freedom, chance):
-        return contour
-    plane = replace(contour.plane, point=contour.points.mean(axis=0), normal=test.normal)
-    return replace(contour, plane=plane)
-
-
-def _in_one_place(contours, contact, spread: float, alpha: float) -> tuple[Contour, ...]:
-    """Contours of displacements with a standard deviation ``spread``, length, moved to where they
-    meet most probably; what is left of the displacements joins their noise.
-
-    The displacements are best linear unbiased predictions (Henderson, Best linear unbiased
-    estimation and prediction under a selection model, 1975): each miss, less by the share of it
-    that noise explains. What all contours of a touch share is not seen.
-    """
-    meeting = meeting_of(contours, contact, alpha)
-    if meeting is None:
-        return tuple(replace(c, noise_std=float(np.hypot(c.noise_std, spread))) for c in contours)
-    share = spread**2 / (spread**2 + meeting.variances)
-    left = spread * np.sqrt(1.0 / len(contours) + 1.0 - share)
-    out = []
-    for contour, miss, rest in zip(contours, share * meeting.misses, left, strict=True):
-        move = miss * meeting.line
-        plane = replace(contour.plane, point=contour.plane.point - move)
-        noise = float(np.hypot(contour.noise_std, rest))
-        out.append(replace(contour, points=contour.points - move, plane=plane, noise_std=noise))
-    return tuple(out)

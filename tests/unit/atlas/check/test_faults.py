@@ -9,7 +9,8 @@ from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas, doubts
 from touchatlas.atlas.check.faults import bad_contacts, faults, moved_object, slipped_contacts
 from touchatlas.atlas.learn import compared
-from touchatlas.atlas.samples.evidence import ProbeEvidence, Shift, TouchEvidence
+from touchatlas.atlas.samples.evidence import ProbeEvidence, TouchEvidence
+from touchatlas.atlas.samples.shift import Shift
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
