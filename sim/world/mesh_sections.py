@@ -26,8 +26,9 @@ class PlaneSections:
     def arm(self, point, normal, direction, reach, step, max_turn, step_turn):
         """Samples (n, 3) of a section from a point onward, and why it ends; see
         ``MeshObject.trace_arms``."""
-        ahead, open_end = self._walk(point, normal, direction, reach + step)
-        behind, _ = self._walk(point, normal, -direction, step)
+        way = self._way_ahead(point, normal, direction, step)
+        ahead, open_end = self._walk(point, normal, way, reach + step)
+        behind, _ = self._walk(point, normal, 1 - way, step)
         line, lengths = _polyline(point, ahead)
         length = min(float(lengths[-1]), reach)
         samples = _at(line, lengths, step * np.arange(1, whole_steps(length / step) + 1))
@@ -53,19 +54,28 @@ class PlaneSections:
             at = np.append(at, last_steps(length / step))
         return _at(line, lengths, step * at[1:]), end
 
-    def _walk(self, point, normal, direction, reach):
-        """Polyline (k, 3) of the plane section from ``point`` onward, and whether it ended at a
-        boundary of the mesh."""
+    def _way_ahead(self, point, normal, direction, step) -> int:
+        """Which of the two ways out of the first face leads along a direction. At a corner both
+        edges may be left at the point itself, so that only the way beyond them tells."""
+        ends = [
+            _at(*_polyline(point, self._walk(point, normal, way, step)[0]), 0.5 * step)
+            for way in (0, 1)
+        ]
+        return int((ends[1] - ends[0]) @ direction > 0.0)
+
+    def _walk(self, point, normal, way, reach):
+        """Polyline (k, 3) of the plane section from ``point`` onward by the first or second way out
+        of its face, 0 or 1, and whether it ended at a boundary of the mesh."""
         level = (self.vertices - point) @ normal
-        above = level >= 0.0
-        _, face, _ = self._tree.squared_distance(self.vertices, self.faces, point[None])
-        face = int(np.ravel(face)[0])
+        face = self._first_face(point, level)
         path, came, here, length = [], -1, point, 0.0
         owners, starts = self._edge_faces
         while length < reach:
-            edge, crossing = self._exit(face, came, level, above, direction, point)
-            if edge < 0:
+            exits = [m for m in self._crossed(face, level) if self._face_edges[face, m] != came]
+            if not exits:
                 return np.array(path).reshape(-1, 3), False
+            side = exits[way] if came < 0 else exits[0]
+            edge, crossing = int(self._face_edges[face, side]), self._crossing(face, side, level)
             length += float(np.sqrt(((crossing - here) ** 2).sum()))
             path.append(crossing)
             here, came = crossing, edge
@@ -75,24 +85,35 @@ class PlaneSections:
             face = int(beyond[0])
         return np.array(path), False
 
-    def _exit(self, face, came, level, above, direction, point):
-        """Edge by which the section leaves a face, and where; -1 when it does not cross it.
+    def _first_face(self, point, level) -> int:
+        """The face of a point that a plane crosses: the nearest one, or, where the plane touches
+        only a corner or side of that, the nearest of its neighbours."""
+        _, face, _ = self._tree.squared_distance(self.vertices, self.faces, point[None])
+        face = int(np.ravel(face)[0])
+        if self._crossed(face, level):
+            return face
+        around = np.flatnonzero(np.isin(self.faces, self.faces[face]).any(axis=1)).tolist()
+        crossed = [other for other in around if self._crossed(other, level)]
+        return min(crossed, key=lambda f: self._away(f, point, level), default=face)
 
-        In the first face, the crossing that lies farther along ``direction``.
-        """
-        best = (-1, None, -np.inf)
-        corners = self.faces[face]
-        for m in range(3):
-            edge = int(self._face_edges[face, m])
-            a, b = corners[(m + 1) % 3], corners[(m + 2) % 3]
-            if edge == came or above[a] == above[b]:
-                continue
-            fraction = level[a] / (level[a] - level[b])
-            crossing = self.vertices[a] + fraction * (self.vertices[b] - self.vertices[a])
-            score = float((crossing - point) @ direction) if came < 0 else 0.0
-            if score > best[2]:
-                best = (edge, crossing, score)
-        return best[0], best[1]
+    def _away(self, face: int, point, level) -> float:
+        """Distance of a point from the section of a face."""
+        start, end = (self._crossing(face, m, level) for m in self._crossed(face, level))
+        along, offset = end - start, point - start
+        share = np.clip(offset @ along / max(along @ along, np.finfo(float).tiny), 0.0, 1.0)
+        return float(np.linalg.norm(offset - share * along))
+
+    def _crossed(self, face: int, level) -> list[int]:
+        """The sides of a face, two or none, that the plane crosses: a corner in it counts as one
+        above it (simulation of simplicity; Edelsbrunner and Muecke 1990)."""
+        above = level[self.faces[face]] >= 0.0
+        return [m for m in range(3) if above[(m + 1) % 3] != above[(m + 2) % 3]]
+
+    def _crossing(self, face: int, side: int, level) -> np.ndarray:
+        """(3,) where the plane crosses a side of a face, opposite to the corner of its number."""
+        a, b = self.faces[face, (side + 1) % 3], self.faces[face, (side + 2) % 3]
+        fraction = level[a] / (level[a] - level[b])
+        return self.vertices[a] + fraction * (self.vertices[b] - self.vertices[a])
 
 
 def _adjacency(faces):

@@ -45,6 +45,23 @@ def test_contour_lies_on_its_plane_and_on_the_mesh():
     assert distance.max() < 1e-9
 
 
+@pytest.mark.parametrize("along", ["a side of a triangle", "no side"])
+def test_a_contour_from_a_vertex_goes_the_way_that_was_asked(along):
+    """The section of a ball's mesh by a plane through a vertex is a polygon about its middle, so
+    that it goes on on both sides of the vertex. Steps of 0.05 are a fortieth of the radius."""
+    obj, rng = ball(), np.random.default_rng(0)
+    for k in range(0, len(obj.vertices), 7):
+        start = obj.vertices[k]
+        other = obj.faces[(obj.faces == k).any(axis=1)][0]
+        across = obj.vertices[other[other != k][0]] if along != "no side" else rng.normal(size=3)
+        normal = np.cross(start, across) / np.linalg.norm(np.cross(start, across))
+        way = np.cross(normal, start) / np.linalg.norm(start)
+        arms = obj.trace_arms(start, np.tile(normal, (2, 1)), np.stack([way, -way]), 0.5, 0.05, 2.0)
+        for (points, end), direction in zip(arms, (way, -way), strict=True):
+            assert end is ContourEnd.LENGTH_REACHED and len(points) == 10
+            assert (np.diff((points - start) @ direction, prepend=0.0) > 0.0).all()
+
+
 def test_only_a_closed_mesh_has_an_inside():
     obj = ball(1.0)
     half = MeshObject("half", obj.vertices, obj.faces[: len(obj.faces) - 1])
