@@ -13,10 +13,11 @@ from touchatlas.atlas.body.read_faces import faces_of_labels, faces_of_samples, 
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.grow import Evidence
-from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
+from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.labels.tried import Tried, is_larger
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
@@ -148,7 +149,7 @@ def body_of_parts(
         labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
         labels.resume(pieces, np.concatenate(of))
         within = [(a, b) for a, b in labels.pairs() if home[a] == home[b]]
-        labels.mark(labels.of.copy(), within)
+        labels.moved = Tried(labels.of.copy(), within)
         find_roundings(labels)
         revise_all(labels)
         faces = faces_of_labels(labels)

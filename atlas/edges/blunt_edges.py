@@ -162,16 +162,24 @@ def needless_labels(labels: Labels) -> Iterator[tuple[BluntEdge, int]]:
     samples its radius is known, too, or one beside it."""
     linked = labels.pairs()
     for pair, some in find_crossings(labels).items():
-        for label in sorted(set(labels.of[some.samples].tolist()) - {NONE, *pair}):
+        for label in _unsettled(labels, pair, labels.of[some.samples]):
             edge = blunt_edge(labels, pair, some, (label,))
             if edge is not None:
                 yield edge, label
         edge = blunt_edge(labels, pair, some)
         if edge is not None:
-            around = set(labels.of[labels.evidence.graph.around(edge.samples, 1)].tolist())
-            around |= {k for two in linked if set(two) & set(pair) for k in two}
-            for label in sorted(around - {NONE, *pair}):
+            around = labels.of[labels.evidence.graph.around(edge.samples, 1)]
+            beside = [k for two in linked if set(two) & set(pair) for k in two]
+            for label in _unsettled(labels, pair, np.append(around, beside)):
                 yield edge, label
+
+
+def _unsettled(labels: Labels, pair: tuple[int, int], some) -> list[int]:
+    """Those of ``some`` labels (k,), ascending, that were not offered to the edge of a pair when
+    all three had nearly the samples that they have."""
+    names = sorted(set(some.tolist()) - {NONE, *pair})
+    own = [labels.members(k) for k in pair]
+    return [k for k in names if not labels.given.has(labels.members(k), *own)]
 
 
 def rounding_nats(edge: BluntEdge, at: PiecesAt, given=()) -> np.ndarray:

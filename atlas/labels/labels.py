@@ -8,27 +8,15 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.labels.grow import Evidence
+from touchatlas.atlas.labels.tried import NEW, NONE, Tried
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.arrays import first_largest
 
-NONE = -1
-# Stands for the label of a sample before it came.
-NEW = -2
 # Links over which a piece may take samples from its neighbours in one run of sweeps.
 _BAND = 4
 # Least part of a label that stays one when it falls apart, and number of samples that is enough
 # whatever the rest: it may be the top of another block.
 _PART, _ENOUGH = 0.15, 60
-# Growth of a number of samples after which what was tried with them is tried again, and share of
-# its samples that a label may lose until then.
-_GROWS, _KEPT = 1.25, 0.9
-
-
-def is_larger(count: int, before: int) -> bool:
-    """Whether a number of samples has passed a power of the growth after which things are tried
-    again; what is added in small parts passes it as well."""
-    steps = np.log(np.maximum([count, before], 1)) / np.log(_GROWS)
-    return int(steps[0]) > int(steps[1])
 
 
 class Labels:
@@ -46,8 +34,8 @@ class Labels:
     loose : (n,) float
         Nats of each sample without a label: little for those on the rounding of an edge, so that
         no piece bends to explain them again.
-    before : (n,) int
-        Labels when moves were last tried; NEW for samples that came later.
+    moved, given : Tried
+        With which labels moves were last tried, and which were last offered to rounded edges.
     """
 
     def __init__(self, evidence: Evidence) -> None:
@@ -55,41 +43,15 @@ class Labels:
         self.pieces: list[Piece] = []
         self.of = np.full(len(evidence.samples), NONE)
         self.loose = np.full(len(evidence.samples), evidence.options.unexplained)
-        self.before = np.full(len(self.of), NEW)
-        self._linked: set[tuple[int, int]] = set()
+        self.moved = self.given = Tried(np.full(len(self.of), NEW))
 
     def resume(self, pieces: list[Piece], of) -> None:
         """Go on from an earlier labelling (m,) of the first samples by its pieces."""
         self.pieces = list(pieces)
         self.of[: len(of)] = of
-        self.mark(self.of.copy(), self.pairs())
-        self.before[len(of) :] = NEW
-
-    def mark(self, of, linked: list[tuple[int, int]]) -> None:
-        """Remember the labels (n,) with which moves were tried, and which were ``linked``: with
-        labels that stay, they are not tried again."""
-        self.before, self._linked = of, set(linked)
-
-    def is_settled(self, members) -> bool:
-        """Whether a label with samples (m,) had nearly the same ones when moves were last tried."""
-        return self._earlier(members) != NONE
-
-    def are_settled(self, first, second) -> bool:
-        """Whether two labels with samples (m,) and (k,) are settled, and were linked."""
-        names = sorted((self._earlier(first), self._earlier(second)))
-        return (names[0], names[1]) in self._linked
-
-    def _earlier(self, members) -> int:
-        """The label that samples (m,) had before, NONE where it had many others, too, or they are
-        many more."""
-        old = self.before[members]
-        old = old[old >= 0]
-        if not len(old):
-            return NONE
-        name = int(np.bincount(old).argmax())
-        size = int(np.count_nonzero(self.before == name))
-        kept = np.count_nonzero(old == name) >= _KEPT * size
-        return name if kept and not is_larger(len(members), size) else NONE
+        since = self.of.copy()
+        since[len(of) :] = NEW
+        self.moved = self.given = Tried(since, self.pairs())
 
     def round(self, some, nats) -> None:
         """Say that the rounding of an edge explains samples (k,) for so many nats (k,)."""

@@ -10,6 +10,7 @@ from touchatlas.atlas.labels.recall import Recall
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
+from touchatlas.atlas.labels.tried import Tried
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.relabel.moves import (
     drop,
@@ -103,9 +104,9 @@ def revise_all(labels: Labels) -> None:
     over."""
     for _ in range(labels.evidence.options.rounds):
         revise(labels)
-        before = labels.of.copy(), labels.pairs()
+        before = Tried(labels.of.copy(), labels.pairs())
         changes = [move(labels) for move in (drop, join, split, grow)]
-        labels.mark(*before)
+        labels.moved = before
         if not any(changes):
             given = give_to_roundings(labels)
             if not given + find_roundings(labels):

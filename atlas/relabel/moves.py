@@ -13,8 +13,9 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
 from touchatlas.atlas.edges.rounded_pair import PiecesAt
 from touchatlas.atlas.labels.grow import Evidence, Growth, evenly, growths, planes_from
-from touchatlas.atlas.labels.labels import NONE, Labels, is_larger
+from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
+from touchatlas.atlas.labels.tried import Tried, is_larger
 from touchatlas.atlas.pieces.kinds import CLOSED_FORMS, LABEL_KINDS, SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.piece import Piece
 
@@ -85,7 +86,7 @@ def drop(labels: Labels) -> int:
     graph, dropped = labels.evidence.graph, 0
     for label in np.argsort([len(mine) for mine in labels.all_members()], kind="stable").tolist():
         members = labels.members(label)
-        if len(members) and not labels.is_settled(members):
+        if len(members) and not labels.moved.has(members):
             around = np.append(labels.of, NONE)[graph.neighbours[members]]
             others = sorted(set(around.ravel().tolist()) - {NONE, label})
             dropped += attempt(labels, members, some=others)
@@ -97,7 +98,7 @@ def join(labels: Labels) -> int:
     joined = 0
     for a, b in labels.pairs():
         first, second = labels.members(a), labels.members(b)
-        if not (len(first) and len(second)) or labels.are_settled(first, second):
+        if not (len(first) and len(second)) or labels.moved.has_linked(first, second):
             continue
         # A part of a torus that is large enough to show it is no piece of a simpler kind.
         bent = min(labels.pieces[label].kind for label in (a, b)) >= Kind.TORUS
@@ -202,7 +203,7 @@ def split(labels: Labels) -> int:
     evidence, done = labels.evidence, 0
     for label, members in enumerate(labels.all_members()):
         piece = labels.pieces[label]
-        if len(members) < 30 or labels.is_settled(members):
+        if len(members) < 30 or labels.moved.has(members):
             continue
         good = evidence.is_good(evidence.nats(piece, members))
         if good and (piece.kind < Kind.QUADRIC or len(members) > _LARGE):
@@ -248,14 +249,14 @@ def _clusters(labels: Labels, loose) -> Iterator[np.ndarray]:
     amid = np.append(once, 0)[graph.neighbours].sum(axis=1)
     for number in np.flatnonzero(np.bincount(part[loose], minlength=1) >= _CLUSTER):
         members = np.flatnonzero(loose & (part == number))
-        before = int(np.count_nonzero(labels.before[members] == NONE))
+        before = int(np.count_nonzero(labels.moved.of[members] == NONE))
         if before < _CLUSTER or is_larger(len(members), before):
             yield members[np.argsort(-amid[members], kind="stable")]
 
 
 def give_to_roundings(labels: Labels) -> int:
     """Give the samples of labels to edges that are rounded; returns how many labels were given."""
-    given = 0
+    given, offered = 0, labels.of.copy()
     for edge, label in needless_labels(labels):
         members, known = labels.members(label), labels.loose.copy()
         if not len(members):
@@ -265,6 +266,7 @@ def give_to_roundings(labels: Labels) -> int:
             given += 1
         else:
             labels.loose = known
+    labels.given = Tried(offered)
     return given
 
 
