@@ -17,9 +17,12 @@ from tests.lawful import (
 )
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
+from touchatlas.atlas.edges.blunt_edges import needless_labels
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.face_graph import as_networkx
+from touchatlas.atlas.labels.tried import NEW, NONE, Tried
 from touchatlas.atlas.relabel.labelling import relabel
+from touchatlas.atlas.relabel.moves import give_to_roundings
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +69,20 @@ def test_new_samples_on_a_known_rounding_start_no_piece(rounded):
     assert len(on_balls) > 10
     assert again.rounded[on_balls].mean() > 0.7
     assert len(again.pieces) == len(faces.pieces)
+
+
+def test_a_label_is_offered_to_an_edge_again_only_where_labels_have_changed(rounded):
+    """Each face of a box lies beside the edges of others. A tenth of its samples may leave a label
+    that counts as the same."""
+    labels = relabel(rounded.samples, rounded.faces)
+    labels.given = Tried(np.full(len(labels.of), NEW))
+    assert {label for _, label in needless_labels(labels)} == set(range(6))
+    assert give_to_roundings(labels) == 0
+    assert not list(needless_labels(labels))
+    members = labels.members(0)
+    labels.of[members[: len(members) // 8]] = NONE
+    offers = [(edge.first, edge.second, label) for edge, label in needless_labels(labels)]
+    assert offers and all(0 in offer for offer in offers)
 
 
 def test_the_field_of_a_rounded_box_is_that_of_its_balls(rounded):
