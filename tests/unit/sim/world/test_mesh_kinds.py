@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from touchatlas.atlas.cad.kernel import silence
 from touchatlas.sim import make_object
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
@@ -13,6 +14,7 @@ from touchatlas.sim.judge.truth import truth_from_mesh
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.world.mesh_file import read_mesh
 from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.step_file import load_step
 
 # An L of area 300 in a square of 20, and 5 high.
 L = [[20, 10], [10, 10], [10, 20], [0, 20], [0, 0], [20, 0]]
@@ -215,6 +217,22 @@ def test_3mf_files_keep_their_unit(tmp_path, unit, edge):
             new.writestr(name, old.read(name).replace(b"millimeter", unit.encode()))
     obj = make_object(str(tmp_path / "b.3mf"))
     assert obj.unit == edge and obj.area == pytest.approx(24.0)
+
+
+def test_triangles_of_a_step_file_are_within_their_bound_of_its_surface(tmp_path):
+    """A ball bends in both directions. Means of the three corners lie in the triangles."""
+    pytest.importorskip("OCP")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+
+    with silence():
+        writer = STEPControl_Writer()
+        writer.Transfer(BRepPrimAPI_MakeSphere(25.0).Shape(), STEPControl_AsIs)
+        writer.Write(str(tmp_path / "ball.step"))
+    for sagitta in (1e-3, 1e-4):
+        vertices, faces, _ = load_step(tmp_path / "ball.step", sagitta)
+        inside = 25.0 - np.linalg.norm(vertices[faces].mean(axis=1), axis=1)
+        assert 0.0 < inside.max() < sagitta * np.linalg.norm(np.ptp(vertices, axis=0))
 
 
 @pytest.mark.parametrize(("unit", "millimetres"), [("MM", 1.0), ("M", 1e3), ("INCH", 25.4)])
