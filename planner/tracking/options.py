@@ -147,10 +147,12 @@ class TriggerOptions:
     points : int
         Of each arm of a contour, besides the contact.
     turn : float, rad
-        Angle on a circle about the point before, above the place that is expected, from which a
-        point is probed, and by which it is looked for farther where it is not met.
+        Angle on a circle about the point before, by which a point is looked for farther where it
+        is not met. So far above the expected place a measurement begins where nothing says how the
+        curve bends; nearer where the last points do.
     retract : float, length
-        How far the tip leaves the surface after a point.
+        How far the tip leaves the surface after a point; and height above the expected place,
+        besides what that may be off, at which a measurement begins.
     clearance : float, length
         Height above all that was touched at which ways between touches run where no lower way is
         known to be free.

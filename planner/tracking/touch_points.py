@@ -17,13 +17,14 @@ from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
 @dataclass(frozen=True, eq=False)
 class _Hop:
-    """A place of the tip in contact: its centre, the direction of travel, that outward, (3,); and
-    by which angle the curve turns inward in a step, rad."""
+    """A place of the tip in contact: its centre, the direction of travel, that outward, (3,); by
+    which angle the curve turns inward in a step, rad; and how far, in rad, that may be off."""
 
     centre: np.ndarray
     along: np.ndarray
     outward: np.ndarray
     bend: float = 0.0
+    off: float = np.pi
 
     def lifted(self, height: float) -> np.ndarray:
         """(3,) the centre lifted off the surface."""
@@ -126,8 +127,27 @@ def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions
         if hops[-1].along @ first.along < np.cos(plan.max_turn):
             end = ContourEnd.TURNED_AWAY
             break
-    trigger.move(np.array(air[::-1]))
+    _back(trigger, air, cross(first.outward, first.along))
     return np.array([hop.centre for hop in hops[1:]]).reshape(-1, 3), end
+
+
+def _back(trigger: Trigger, air: list[np.ndarray], w: np.ndarray) -> None:
+    """Go from the last of free places (3,) to the first: over the outer ones, within the plane of a
+    normal w (3,), where that way is free, else through all of them."""
+    way = _outer(air, w)[::-1]
+    if not arrives(trigger, air[-1], np.array(way[1:]).reshape(-1, 3)):
+        trigger.move(np.array(air[::-1]))
+
+
+def _outer(places: list[np.ndarray], w: np.ndarray) -> list[np.ndarray]:
+    """The places (3,) of a way that are on no chord's inner side: the outer hull of a way that
+    turns inward (Graham, An efficient algorithm for determining the convex hull, 1972)."""
+    kept: list[np.ndarray] = []
+    for place in places:
+        while len(kept) > 1 and (kept[-1] - kept[-2]) @ cross(place - kept[-2], w) <= 0.0:
+            kept.pop()
+        kept.append(place)
+    return kept
 
 
 def _next(
@@ -135,20 +155,16 @@ def _next(
 ) -> np.ndarray | None:
     """The centre (3,) of the next point of an arm: where a circle about the last one, gone inward
     in chords, meets the surface; None where it does not. The tip begins and ends at the last of the
-    free places ``air``, which grow.
-
-    It begins above the expected place, and higher where the way there is blocked.
-    """
-    # From straight out to straight in, less what is between the tip and the point before.
-    angle, last = 0.5 * hop.bend - options.turn, 0.5 * np.pi + options.turn
-    while not trigger.move(hop.around(step, angle)[None]):
-        trigger.move(air[-1][None])
-        angle -= options.turn
-        if angle < -last:
-            return None
-    gone = [hop.around(step, angle)]
+    free places ``air``, which grow. The first chord ends as far below the expected place as it
+    begins above, as far as it is no longer than others."""
+    above = min(options.turn, hop.off + options.retract / step)
+    begun = _begun(trigger, hop, step, above, options, air)
+    if begun is None:
+        return None
+    gone, angle = begun
+    chord, last = min(options.turn, 2.0 * above), _last(options)
     while angle < last:
-        angle += options.turn
+        angle, chord = angle + chord, options.turn
         target = hop.around(step, angle)
         centre = trigger.probe(target)
         if centre is None:
@@ -164,6 +180,34 @@ def _next(
     return None
 
 
+def _begun(
+    trigger: Trigger, hop: _Hop, step: float, above: float, options: TriggerOptions, air
+) -> tuple[list[np.ndarray], float] | None:
+    """Go from the last of free places ``air`` to where the measurement of the next point begins: on
+    the circle, by an angle ``above`` the expected place, and higher where the way there is blocked.
+    Free places (3,) on that way, and the angle where it ends; None where all are blocked."""
+    angle, over = 0.5 * hop.bend - above, _over(hop, step, options.retract)
+    while not arrives(trigger, air[-1], np.array([*over, hop.around(step, angle)])):
+        angle, over = angle - options.turn, []
+        if angle < -_last(options):
+            return None
+    return [*over, hop.around(step, angle)], angle
+
+
+def _last(options: TriggerOptions) -> float:
+    """Angle between straight ahead and where a search ends, straight in or straight out, rad: less
+    what is between the tip and the point before."""
+    return 0.5 * np.pi + options.turn
+
+
+def _over(hop: _Hop, step: float, height: float) -> list[np.ndarray]:
+    """Where a way to the next point passes in a height over the middle of the arc that is expected:
+    one point (3,), or none where the arc rises by less than half of that above its chord."""
+    if 0.125 * step * hop.bend < 0.5 * height:
+        return []
+    return [hop.around(0.5 * step, 0.25 * hop.bend) + height * hop.outward]
+
+
 def _with_direction(hops: list[_Hop], centre: np.ndarray, most: float) -> _Hop:
     """A point (3,) found after others: it travels, and bends, as an arc through the last three, or,
     of two, through these in the first one's direction. A curve that turned by more than ``most`` in
@@ -177,8 +221,9 @@ def _with_direction(hops: list[_Hop], centre: np.ndarray, most: float) -> _Hop:
     # Of a direction at a point the chord has turned by half a step, of a chord by a whole one.
     bend = turn if len(hops) > 1 else 2.0 * turn
     bend = float(np.clip(bend, -most, most))
+    off = np.pi if len(hops) == 1 else abs(bend - hops[-1].bend)
     along = np.cos(0.5 * bend) * chord + np.sin(0.5 * bend) * inward
-    return _Hop(centre, along, cross(along, w), bend)
+    return _Hop(centre, along, cross(along, w), bend, off)
 
 
 def _unit(chord: np.ndarray, w: np.ndarray) -> np.ndarray:

@@ -157,3 +157,64 @@ def test_known_surface_ends_an_arm_of_points():
     touch = touch_points(machine(), plan, Tip(), TriggerOptions(points=6))
     first = touch.contours[0].points[:, 0]
     assert (first > 0.1).sum() == 1 and (first < -0.1).sum() == 6
+
+
+class Noted:
+    """A trigger that notes where measurements begin and end, (k, 2, 3), and the ways (n, 3) that it
+    goes; straight lines longer than ``most`` are blocked at their beginning."""
+
+    def __init__(self, trigger: BallTrigger, most: float = np.inf) -> None:
+        self._trigger, self._most = trigger, most
+        self.measured, self.ways = [], []
+
+    def position(self) -> np.ndarray:
+        return self._trigger.position()
+
+    def move(self, way) -> bool:
+        way = np.reshape(way, (-1, 3))
+        self.ways.append(way)
+        lengths = np.linalg.norm(np.diff(np.vstack([self.position(), way]), axis=0), axis=1)
+        return bool((lengths <= self._most).all()) and self._trigger.move(way)
+
+    def probe(self, target) -> np.ndarray | None:
+        begin, found = self.position().copy(), self._trigger.probe(target)
+        if found is not None:
+            self.measured.append((begin, found))
+        return found
+
+
+def test_points_that_lie_where_an_arc_goes_on_are_measured_from_the_retract_height():
+    """On a face the third to fifth points of each arm are where the first two say. A circle of
+    radius s is left at s sin(h / s), less than h, above them; rounding and the end of a way, 1e-5
+    of the radius of 2, are 2e-5."""
+    trigger = Noted(machine(CUBE))
+    plan = plan_on(np.array([0.0, 0.0, 30.0]), UP, np.array([1.0, 0.0, 0.0]), 25.0)
+    touch_points(trigger, plan, Tip(), TriggerOptions(points=5, retract=1.0))
+    begins, found = np.array(trigger.measured)[1:].reshape(6, 5, 2, 3).transpose(2, 0, 1, 3)
+    heights = begins[..., 2] - found[..., 2]
+    assert (heights[:, 2:] <= 1.0 + 2e-5).all() and (heights[:, 0] > 1.5).all()
+
+
+def test_a_way_back_over_a_face_does_not_visit_the_points_again():
+    """Each of six arms has a line up, two to and from each of five points, and two or fewer back,
+    because the tip left the first of them a little lower; a touch has one line to its beginning,
+    and one from its end."""
+    trigger = Noted(machine(CUBE))
+    plan = plan_on(np.array([0.0, 0.0, 30.0]), UP, np.array([1.0, 0.0, 0.0]), 25.0)
+    touch_points(trigger, plan, Tip(), TriggerOptions(points=5))
+    assert sum(len(way) for way in trigger.ways) <= 6 * (1 + 2 * 5 + 2) + 2
+
+
+def test_a_way_back_that_is_blocked_goes_where_the_tip_came():
+    """Lines of more than two steps of 5 are blocked, as by a wall: the straight way back of 25 is,
+    and no other. Points are the same as without the wall."""
+    plan = plan_on(np.array([0.0, 0.0, 30.0]), UP, np.array([1.0, 0.0, 0.0]), 25.0, approach=9.0)
+    found, ends = [], []
+    for most in (np.inf, 10.0):
+        trigger = Noted(machine(CUBE), most)
+        trigger._trigger.place([0.0, 0.0, 39.0])
+        found.append(touch_points(trigger, plan, Tip(), TriggerOptions(points=5)))
+        ends.append(trigger.position())
+    assert np.allclose(ends[0], ends[1]) and max(len(way) for way in trigger.ways) > 5
+    for one, other in zip(*(touch.contours for touch in found), strict=True):
+        assert np.allclose(one.points, other.points)
