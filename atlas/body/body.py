@@ -156,7 +156,8 @@ class Body:
         """
         found, known, unsure = self.among(points)
         doubt = np.flatnonzero(unsure)
-        known[doubt] = self.is_sure(points[doubt], found.distance[doubt], found.normal[doubt])
+        if len(doubt):
+            known[doubt] = self.is_sure(points[doubt], found.distance[doubt], found.normal[doubt])
         return found, known
 
     def is_sure(self, points, distance, normal) -> np.ndarray:

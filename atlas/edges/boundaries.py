@@ -22,6 +22,7 @@ from touchatlas.atlas.edges.edge_curves import (
 from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.arrays import cross
 
 # Distance of samples from an edge that is sought between them, in steps.
@@ -38,7 +39,7 @@ def find_boundaries(labels: Labels) -> list[Boundary]:
         judge.rounded[edge.samples] = True
     links = _across_links(labels)
     found = {pair: judge.linked(*pair, middles) for pair, middles in links.items()}
-    for pair, ends in _across_ends(labels, _NEAR * judge.step).items():
+    for pair, ends in _across_ends(labels, judge.trees, _NEAR * judge.step).items():
         if found.get(pair) is None:
             middles = np.concatenate([links[pair], ends]) if pair in links else ends
             found[pair] = judge.sharp(*pair, middles)
@@ -53,6 +54,9 @@ class _Judge:
     def __init__(self, labels: Labels) -> None:
         self.labels, self.evidence = labels, labels.evidence
         self.members = labels.all_members()
+        points = self.evidence.samples.points
+        self.trees = [cKDTree(points[members]) for members in self.members]
+        self.misfits = list(map(self._misfit, labels.pieces, self.members))
         self.step = float(np.median(self.evidence.samples.steps))
         # Samples that roundings of edges explain: they are of both pieces.
         self.rounded = np.zeros(len(labels.of), bool)
@@ -133,14 +137,15 @@ class _Judge:
     def _slope_error(self, label: int, at, across) -> float:
         """Largest error of the slope of a piece at its rim, rad: that of the lack of fit that its
         samples do not show, by its extent across the rim."""
-        piece, members = self.labels.pieces[label], self.members[label]
-        half = half_extent(
-            self.evidence.samples.points[members], at, across, piece, 2.0 * self.step
-        )
+        piece, points = self.labels.pieces[label], self.trees[label].data
+        half = half_extent(points, at, across, piece, 2.0 * self.step)
+        return rim_slope(piece.kind, self.misfits[label], max(half, self.step))
+
+    def _misfit(self, piece: Piece, members) -> float:
+        """Lack of fit of a piece that its samples (m,) do not show, length."""
         square = 2.0 * float(self.evidence.nats(piece, members).mean())
         unseen = min(1.0, self.evidence.sure * np.sqrt(2.0 / len(members)))
-        misfit = float(np.sqrt(square * unseen) * np.median(self.evidence.samples.stds[members]))
-        return rim_slope(piece.kind, misfit, max(half, self.step))
+        return float(np.sqrt(square * unseen) * np.median(self.evidence.samples.stds[members]))
 
     def _one_holds(self, a: int, b: int, middles) -> bool:
         """Whether one quartic explains the samples about a boundary as well as both pieces do."""
@@ -163,11 +168,10 @@ class _Judge:
         below the other, or above. None where they lie on both sides, so that a piece goes on."""
         sides = []
         for one, other in ((a, b), (b, a)):
-            members = self.members[other]
-            points = self.evidence.samples.points[members]
-            _, near = cKDTree(points).query(at, k=min(_ABOUT, len(points)))
-            near = near.reshape(len(at), -1)
-            offset, std = points[near] - at[:, None], self.evidence.samples.stds[members][near]
+            members, tree = self.members[other], self.trees[other]
+            near = tree.query(at, k=min(_ABOUT, tree.n))[1].reshape(len(at), -1)
+            std = self.evidence.samples.stds[members[near]]
+            offset = tree.data[near] - at[:, None]
             normals = self.labels.pieces[one].at(at)[1]
             edge = cross(normals, self.labels.pieces[other].at(at)[1])[:, None]
             along = (offset * edge).sum(axis=2) ** 2
@@ -190,16 +194,17 @@ def _across_links(labels: Labels) -> dict[tuple[int, int], np.ndarray]:
     return _by_pair(both[apart], points[graph.pairs[apart]].mean(axis=1))
 
 
-def _across_ends(labels: Labels, reach: float) -> dict[tuple[int, int], np.ndarray]:
+def _across_ends(
+    labels: Labels, trees: list[cKDTree], reach: float
+) -> dict[tuple[int, int], np.ndarray]:
     """Pairs of labels, mapped to the points (m, 3) half-way between an end of a contour of one and
-    the nearest sample of the other within reach, length."""
+    the nearest sample of the other, by the trees of the samples of each, within reach, length."""
     samples, of = labels.evidence.samples, labels.of
     new = np.diff(samples.contours, prepend=-1, append=samples.contours[-1] + 1) > 0
     ends = np.flatnonzero((new[:-1] | new[1:]) & (of != NONE))
     found = [np.zeros((2, 0), int)]
-    for label, members in enumerate(labels.all_members()):
+    for label, (members, tree) in enumerate(zip(labels.all_members(), trees, strict=True)):
         others = ends[of[ends] != label]
-        tree = cKDTree(samples.points[members])
         _, nearest = tree.query(samples.points[others], distance_upper_bound=reach)
         there = nearest < len(members)
         found.append(np.stack([others[there], members[nearest[there]]]))

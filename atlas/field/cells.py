@@ -46,7 +46,7 @@ class Cells:
         self._bits = np.where(self._one == np.arange(len(faces)), bits, 0)
         self._ends = self._ends_of_faces()
         # Blunt edges at which both faces end, and these as first faces of their surfaces.
-        every = self._ends[True] + self._ends[False]
+        every = self._ends[True].pairs + self._ends[False].pairs
         blunt = [edge for edge in trees.faces.edges if edge.radius > 0.0]
         pairs = [tuple(self._one[[edge.first, edge.second]].tolist()) for edge in blunt]
         self._blunt = [
@@ -207,7 +207,7 @@ class Cells:
         votes = clear.all(axis=1) & ~rounded & (inner != outer)
         return Votes(faces, self._rims, samples[votes], inner[votes], outer[votes])
 
-    def _ends_of_faces(self) -> dict[bool, list[tuple[int, int]]]:
+    def _ends_of_faces(self) -> "dict[bool, _Ends]":
         """By whether it is convex, each edge at which all samples of a face end: that face and the
         other one, as first faces of their surfaces."""
         out: dict[bool, list[tuple[int, int]]] = {True: [], False: []}
@@ -220,7 +220,7 @@ class Cells:
                 past = np.count_nonzero(edge.kind.sign * off > self._noise[other])
                 if past <= max(1, 1e-3 * len(off)):
                     out[edge.kind.sign > 0.0].append((face, other))
-        return out
+        return {convex: _Ends(pairs) for convex, pairs in out.items()}
 
     def _canonical(self, outside) -> np.ndarray:
         """(n, f) the same outside of faces (n, f), but for what lies beyond the end of a face: at a
@@ -228,16 +228,10 @@ class Cells:
         inside, whatever side of the face it is on. No face ends at one that ends there in an edge
         of the other sign."""
         convex, concave = self._ends[True], self._ends[False]
-        larger, smaller, out = outside.copy(), outside.copy(), outside.copy()
-        for face, other in convex:
-            larger[:, face] |= outside[:, other]
-        for face, other in concave:
-            smaller[:, face] &= outside[:, other]
-        for face, other in convex:
-            out[:, face] |= smaller[:, other]
-        for face, other in concave:
-            out[:, face] &= larger[:, other]
-        return np.asarray(out)
+        larger = convex.combine(np.logical_or, outside, outside)
+        smaller = concave.combine(np.logical_and, outside, outside)
+        out = convex.combine(np.logical_or, outside, smaller)
+        return concave.combine(np.logical_and, out, larger)
 
     def _off(self, at: FacesAt, distances) -> np.ndarray:
         """(n, f) how far each face is at least from points at distances (n, f) from the faces
@@ -246,9 +240,8 @@ class Cells:
         away = np.abs(distances)
         out = np.where(self._bits == 0, np.inf, away)
         for convex, ends in self._ends.items():
-            for face, other in ends:
-                beyond = (distances[:, other] > 0.0) == convex
-                out[beyond, face] = np.maximum(out[beyond, face], away[beyond, other])
+            beyond = np.where((distances > 0.0) == convex, away, 0.0)
+            out = ends.combine(np.maximum, out, beyond)
         for edge, pair in self._blunt:
             rows, ball = ball_distances(edge, at)
             beyond = self._is_beyond(distances[rows], *pair)
@@ -262,7 +255,7 @@ class Cells:
         ends, other than that with its partner."""
         out = np.zeros(len(distances), bool)
         for convex, ends in self._ends.items():
-            for own, other in ends:
+            for own, other in ends.pairs:
                 if own == face and other != partner:
                     out |= (distances[:, other] > 0.0) == convex
         return out
@@ -283,6 +276,28 @@ class Cells:
         """(n,) keys of the cells outside of faces (n, f)."""
         outside = self._canonical(outside)
         return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
+
+
+class _Ends:
+    """Edges of one sign, each by the face that ends there, and the other one.
+
+    Parameters
+    ----------
+    pairs : list
+    """
+
+    def __init__(self, pairs: list[tuple[int, int]]) -> None:
+        self.pairs = sorted(pairs)
+        ended, self._others = np.reshape(self.pairs, (-1, 2)).astype(int).T
+        self._faces, self._starts = np.unique(ended, return_index=True)
+
+    def combine(self, ufunc: np.ufunc, own, beyond) -> np.ndarray:
+        """(n, f) values ``own`` (n, f) of faces, each combined with those ``beyond`` (n, f) of the
+        faces at which it ends."""
+        out = own.copy()
+        others = ufunc.reduceat(beyond.T[self._others], self._starts)
+        out[:, self._faces] = ufunc(own[:, self._faces], others.T)
+        return np.asarray(out)
 
 
 def _side(distance) -> np.ndarray:

@@ -190,16 +190,16 @@ class FaceField:
         of : (n, k) int
             Their faces.
         """
-        owner = of[:, 0].copy()
-        own = _values_of(at, np.arange(len(of)), owner)
-        for off, face in zip(away.T[1:], of.T[1:], strict=True):
-            nearer = np.abs(at.distances[np.arange(len(of)), face]) < np.abs(own[:, 0])
-            rows = np.flatnonzero(nearer & (off < 2.0 * away[:, 0]))
-            other = _values_of(at, rows, face[rows])
-            cosine = (other[:, 1:4] * own[rows, 1:4]).sum(axis=1)
-            turned = cosine < -self.faces.levels.facing
+        values, owner = _values_near(at, of), of[:, 0].copy()
+        own = values[owner, np.arange(len(of))]
+        off = np.abs(np.take_along_axis(at.distances, of, axis=1))
+        near = (away < 2.0 * away[:, :1]) & (off < np.abs(own[:, :1])) & (of != of[:, :1])
+        for column in np.flatnonzero(near.any(axis=0)).tolist():
+            rows = np.flatnonzero(near[:, column] & (off[:, column] < np.abs(own[:, 0])))
+            other = values[of[rows, column], rows]
+            turned = (other[:, 1:4] * own[rows, 1:4]).sum(axis=1) < -self.faces.levels.facing
             rows = rows[turned]
-            owner[rows], own[rows] = face[rows], other[turned]
+            owner[rows], own[rows] = of[rows, column], other[turned]
         return owner, own
 
 
@@ -216,10 +216,11 @@ def face_values(faces: Faces, points) -> FaceValues:
     return FaceField(faces).at(frozen_array(points, (None, 3), "points"))
 
 
-def _values_of(at: FacesAt, rows, of) -> np.ndarray:
-    """(m, 5) distance, normal and variance of a face (m,) at each of some points (m,)."""
-    out = np.empty((len(rows), 5))
-    for face in np.unique(of).tolist():
-        own = np.flatnonzero(of == face)
-        out[own] = at.values(face, rows[own])
+def _values_near(at: FacesAt, of) -> np.ndarray:
+    """(f, n, 5) distance, normal and variance of all faces at n points, where these are of samples
+    near the point, ``of`` (n, k); elsewhere nothing is set."""
+    out = np.empty((at.distances.shape[1], len(of), 5))
+    for face in np.flatnonzero(np.bincount(of.ravel())).tolist():
+        rows = np.flatnonzero((of == face).any(axis=1))
+        out[face, rows] = at.values(face, rows)
     return out
