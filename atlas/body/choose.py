@@ -115,10 +115,7 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
     anew = _read_anew(samples, on)
     tried = [(on, gone_on), (anew, None if anew is None else body_of_faces(anew, samples))]
     for faces, body in tried:
-        if body is None or not (one.faces.is_sharp or are_mostly_lawful(body.faces)):
-            continue
-        length = description_length(body)
-        if length < shortest:
+        if body is not None and (length := description_length(body)) < shortest:
             shortest, found = length, replace(found, faces=faces, body=body)
     return found
 
@@ -158,18 +155,9 @@ def body_of_parts(
     if body is not None and not any(is_one for *_, is_one in parts):
         return many
     one = body_of_one(samples)
-    may_be_many = body is not None and (one.faces.is_sharp or are_mostly_lawful(body.faces))
-    if body is not None and may_be_many and description_length(body) < description_length(one):
+    if body is not None and description_length(body) < description_length(one):
         return many
     return KnownBody(count, count, samples.std, None, one)
-
-
-def are_mostly_lawful(faces: Faces, options: FaceOptions = FaceOptions()) -> bool:
-    """Whether laws and the rounding of edges explain nearly all samples that have a face: beside
-    smooth rims free-form faces are no surer than one face is."""
-    lawful = [face.id for face in faces.faces if face.law is not None]
-    explained = np.count_nonzero(np.isin(faces.of, lawful)) + len(faces.rounded)
-    return bool(explained >= options.explained * (1.0 - faces.unexplained) * len(faces.of))
 
 
 def leaves_noise(body: Body) -> bool:

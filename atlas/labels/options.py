@@ -29,9 +29,6 @@ class FaceOptions:
     lawful : float
         Least fraction of the samples that laws explain in the first labelling for faces to be read;
         with fewer the body is treated as free-form.
-    explained : float
-        Least fraction of the samples with a face that laws explain for a body to be drawn from
-        faces, where few contours run over sharp edges.
     rounds : int
         Most rounds of labels, fits and moves.
     """
@@ -42,11 +39,10 @@ class FaceOptions:
     better: float = 1.25
     kinked: float = 0.06
     lawful: float = 0.25
-    explained: float = 0.9
     rounds: int = 10
 
     def __post_init__(self) -> None:
-        for name in ("unexplained", "boundary", "doubt", "better", "kinked", "lawful", "explained"):
+        for name in ("unexplained", "boundary", "doubt", "better", "kinked", "lawful"):
             if not 0.0 < real(getattr(self, name)) < float("inf"):
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a number > 0")
         if not (isinstance(self.rounds, int) and self.rounds >= 1):

@@ -57,10 +57,8 @@ class PlaneSections:
     def _way_ahead(self, point, normal, direction, step) -> int:
         """Which of the two ways out of the first face leads along a direction. At a corner both
         edges may be left at the point itself, so that only the way beyond them tells."""
-        ends = [
-            _at(*_polyline(point, self._walk(point, normal, way, step)[0]), 0.5 * step)
-            for way in (0, 1)
-        ]
+        walks = [_polyline(point, self._walk(point, normal, way, step)[0]) for way in (0, 1)]
+        ends = [_at(line, lengths, 0.5 * step) for line, lengths in walks]
         return int((ends[1] - ends[0]) @ direction > 0.0)
 
     def _walk(self, point, normal, way, reach):
