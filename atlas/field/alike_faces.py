@@ -11,15 +11,13 @@ def alike_faces(trees: FaceTrees, noise) -> tuple[np.ndarray, np.ndarray]:
     faces = trees.faces.faces
     one, way = np.arange(len(faces)), np.ones(len(faces))
     for later in range(len(faces)):
-        samples = faces[later].samples
-        points = trees.faces.points[samples[:: max(1, len(samples) // 64)]]
-        normals = trees.values(later, points)[:, 1:4]
-        for first in range(later):
-            values = trees.values(first, points)
-            cosine = (values[:, 1:4] * normals).sum(axis=1)
-            on = np.abs(values[:, 0]) < noise[first] + noise[later]
-            on &= np.abs(cosine) > 0.99
-            if on.mean() > 0.5:
+        some = slice(None, None, max(1, len(faces[later].samples) // 64))
+        points = trees.faces.points[faces[later].samples[some]]
+        on = np.abs(trees.between[later][some]) < noise + noise[later]
+        for first in np.flatnonzero(on[:, :later].mean(axis=0) > 0.5).tolist():
+            normals = [trees.level(k, points)[:, 1:] for k in (first, later)]
+            cosine = (normals[0] * normals[1]).sum(axis=1)
+            if (on[:, first] & (np.abs(cosine) > 0.99)).mean() > 0.5:
                 one[later], way[later] = one[first], way[first] * np.sign(np.median(cosine))
                 break
     return one, way

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import contours_of_planes
@@ -198,7 +199,7 @@ def group_contours(points, contours, steps) -> np.ndarray:
     bounds = np.append(np.flatnonzero(np.diff(contours, prepend=-1)), len(contours))
     apart = [True]
     for a, b, c in zip(bounds[:-2], bounds[1:-1], bounds[2:], strict=True):
-        square = ((points[a:b, None] - points[None, b:c]) ** 2).sum(axis=2)
+        square = cdist(points[a:b], points[b:c], "sqeuclidean")
         apart.append(bool(square.min() > max(steps[a], steps[b]) ** 2))
     return (np.cumsum(apart) - 1)[contours]
 
