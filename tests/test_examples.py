@@ -61,6 +61,7 @@ def run_example(name: str, *arguments) -> str:
 LONG = {
     "displaced_curves.py",
     "edge_sweeps.py",
+    "faults.py",
     "gallery.py",
     "guard.py",
     "jug.py",

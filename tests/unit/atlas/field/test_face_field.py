@@ -3,10 +3,12 @@
 from collections import Counter
 
 import numpy as np
+import pytest
 
 from tests.lawful import PIPE, ROD, known_body, lawful_object
 
 
+@pytest.mark.slow
 def test_each_side_of_the_wall_of_a_bent_pipe_is_its_own():
     """Its wall is thinner than touches are apart, so that the nearest sample of many points is of
     the other side. No point of the surface is taken for one of that: all are off by less than half

@@ -14,7 +14,7 @@ from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.world.mesh_object import MeshObject
 
-SMOOTH = ["bottle", "blob", pytest.param("mouse", marks=pytest.mark.slow)]
+SMOOTH = ["bottle", *(pytest.param(x, marks=pytest.mark.slow) for x in ("blob", "mouse"))]
 
 
 @pytest.mark.parametrize("name", SMOOTH)

@@ -105,7 +105,7 @@ def begun_by(process):
     return found
 
 
-@pytest.mark.parametrize("command", ["study", "paper"])
+@pytest.mark.parametrize("command", ["study", pytest.param("paper", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_ctrl_c_while_workers_start_is_one_sentence(tmp_path, command, times):
     """A terminal sends it to all processes. Workers import for a second when they are begun."""
