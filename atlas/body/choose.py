@@ -17,7 +17,7 @@ from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
-from touchatlas.atlas.labels.tried import Tried, is_larger
+from touchatlas.atlas.labels.tried import NEW, Tried, is_larger
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
@@ -147,6 +147,8 @@ def body_of_parts(
         labels.resume(pieces, np.concatenate(of))
         within = [(a, b) for a, b in labels.pairs() if home[a] == home[b]]
         labels.moved = Tried(labels.of.copy(), within)
+        # No part offered its labels to the edges of another one.
+        labels.given = Tried(np.full(count, NEW))
         find_roundings(labels)
         revise_all(labels)
         faces = faces_of_labels(labels)
