@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from touchatlas.atlas.field.alike_faces import alike_faces
+from touchatlas.atlas.field.face_ends import FaceEnds
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.rounded_edges import are_rounded, ball_distances
 from touchatlas.atlas.field.smooth_rims import SmoothRims
@@ -207,7 +208,7 @@ class Cells:
         votes = clear.all(axis=1) & ~rounded & (inner != outer)
         return Votes(faces, self._rims, samples[votes], inner[votes], outer[votes])
 
-    def _ends_of_faces(self) -> "dict[bool, _Ends]":
+    def _ends_of_faces(self) -> dict[bool, FaceEnds]:
         """By whether it is convex, each edge at which all samples of a face end: that face and the
         other one, as first faces of their surfaces."""
         out: dict[bool, list[tuple[int, int]]] = {True: [], False: []}
@@ -220,7 +221,7 @@ class Cells:
                 past = np.count_nonzero(edge.kind.sign * off > self._noise[other])
                 if past <= max(1, 1e-3 * len(off)):
                     out[edge.kind.sign > 0.0].append((face, other))
-        return {convex: _Ends(pairs) for convex, pairs in out.items()}
+        return {convex: FaceEnds(pairs) for convex, pairs in out.items()}
 
     def _canonical(self, outside) -> np.ndarray:
         """(n, f) the same outside of faces (n, f), but for what lies beyond the end of a face: at a
@@ -276,28 +277,6 @@ class Cells:
         """(n,) keys of the cells outside of faces (n, f)."""
         outside = self._canonical(outside)
         return np.asarray(np.bitwise_xor.reduce(np.where(outside, self._bits, 0), axis=1))
-
-
-class _Ends:
-    """Edges of one sign, each by the face that ends there, and the other one.
-
-    Parameters
-    ----------
-    pairs : list
-    """
-
-    def __init__(self, pairs: list[tuple[int, int]]) -> None:
-        self.pairs = sorted(pairs)
-        ended, self._others = np.reshape(self.pairs, (-1, 2)).astype(int).T
-        self._faces, self._starts = np.unique(ended, return_index=True)
-
-    def combine(self, ufunc: np.ufunc, own, beyond) -> np.ndarray:
-        """(n, f) values ``own`` (n, f) of faces, each combined with those ``beyond`` (n, f) of the
-        faces at which it ends."""
-        out = own.copy()
-        others = ufunc.reduceat(beyond.T[self._others], self._starts)
-        out[:, self._faces] = ufunc(own[:, self._faces], others.T)
-        return np.asarray(out)
 
 
 def _side(distance) -> np.ndarray:
