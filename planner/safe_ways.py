@@ -39,9 +39,9 @@ def safe_way(
     """
     start, goal = np.asarray(start, float), np.asarray(goal, float)
     known = _Known(atlas, radius, margin)
-    if known.is_clear(start, goal):
+    if known.is_clear(start, goal, leaves=True):
         return goal[None].copy()
-    leave, enter = known.way_out(start, directions), known.way_out(goal, directions)
+    leave, enter = known.way_out(start, directions, True), known.way_out(goal, directions)
     if leave is None or enter is None:
         return None
     return np.vstack([leave, known.around(leave, enter), enter, goal])
@@ -65,8 +65,9 @@ class _Known:
             self.centre = 0.5 * (low + high)
             self.radius = self._room + float(np.linalg.norm(points - self.centre, axis=1).max())
 
-    def is_clear(self, start, goal) -> bool:
-        """Whether a straight way keeps clear of the points, and out of the body."""
+    def is_clear(self, start, goal, leaves: bool = False) -> bool:
+        """Whether a straight way keeps clear of the points, and out of the body. A tip that
+        ``leaves`` is at the start."""
         if not len(self._points):
             return True
         way = goal - start
@@ -82,21 +83,27 @@ class _Known:
         # Nothing is nearer on the way than it is at one end, or than there is room.
         if (near < 0.99 * np.minimum(self._room, ends)).any():
             return False
-        return self._body is None or not self._enters(start, way, np.sqrt(square))
+        return self._body is None or not self._enters(start, way, np.sqrt(square), leaves)
 
-    def _enters(self, start, way, length: float) -> bool:
+    def _enters(self, start, way, length: float, leaves: bool) -> bool:
         """Whether a way comes nearer to the known body than there is room, looked at in steps of
-        that; near its ends whether it is inside."""
+        that; near its ends whether it is inside. A tip that is inside of what is known shows it to
+        be wrong there, and leaves by a way that leads out all along."""
         count = min(2 + int(length / self._room), 400)
-        at = np.linspace(0.0, 1.0, count)[1:-1]
-        if not len(at):
-            return False
+        at = np.linspace(0.0, 1.0, count)[:-1]
         assert self._body is not None
         found, sure = self._body.at(start + at[:, None] * way)
-        inner = np.minimum(at, 1.0 - at) * length > 2.0 * self._room
-        return bool((sure & (found.distance < np.where(inner, self._room, 0.0))).any())
+        inside = np.logical_and.accumulate(sure & (found.distance < 0.0))
+        within = int(inside.sum()) if leaves else 0
+        if (np.diff(found.distance[:within]) < 0.0).any():
+            return True
+        at, distance, sure = (part[within:] for part in (at, found.distance, sure))
+        if not len(at):
+            return False
+        inner = np.minimum(at - at[0], 1.0 - at) * length > 2.0 * self._room
+        return bool((sure & (distance < np.where(inner, self._room, 0.0))).any())
 
-    def way_out(self, point, directions: int) -> np.ndarray | None:
+    def way_out(self, point, directions: int, leaves: bool = False) -> np.ndarray | None:
         """(3,) where a clear straight way from a point leaves the sphere, as straight outward as
         there is one; None where there is none."""
         if not len(self._points) or np.linalg.norm(point - self.centre) >= self.radius:
@@ -107,7 +114,7 @@ class _Known:
         tried = np.vstack([outward, _sphere(directions)])
         order = np.argsort(-(tried @ outward), kind="stable")
         exits = (self._exit(point, tried[k]) for k in order)
-        return next((end for end in exits if self.is_clear(point, end)), None)
+        return next((end for end in exits if self.is_clear(point, end, leaves)), None)
 
     def _exit(self, point, direction) -> np.ndarray:
         """(3,) where a ray from a point inside leaves the sphere."""

@@ -37,6 +37,8 @@ class ControlState:
         Integral of the bending that is missing.
     weak : (m,) float, s
         How long the force has been below the least one.
+    met : (m, 3) float, length, world
+        Centre where contact was last.
     sought : (m,) float, length
         How far a lost surface was sought.
     speed : (m,) float, length/s
@@ -50,16 +52,17 @@ class ControlState:
     normal: np.ndarray
     error_sum: np.ndarray
     weak: np.ndarray
+    met: np.ndarray
     sought: np.ndarray
     speed: np.ndarray
     travelled: np.ndarray
 
     @classmethod
-    def at_rest(cls, reading: Reading, normal: np.ndarray) -> "ControlState":
+    def at_rest(cls, reading: Reading, normal: np.ndarray, tip: Tip) -> "ControlState":
         """That of tips in contact that do not move yet; normals (m, 3)."""
-        none = np.zeros(len(normal))
+        none, met = np.zeros(len(normal)), centre_of(reading, tip)
         force, normal = np.array(reading.force, float), np.array(normal, float)
-        return cls(reading.time, force, normal, none, none, none, none, none)
+        return cls(reading.time, force, normal, none, none, met, none, none, none)
 
 
 def centre_of(reading: Reading, tip: Tip) -> np.ndarray:
@@ -115,22 +118,33 @@ def hybrid_control(
     most = options.search_speed / options.integral
     error_sum = np.where(lost, 0.0, np.clip(state.error_sum + missing * seconds, -most, most))
     press = options.gain * missing + options.integral * error_sum
-    press = np.where(lost, options.search_speed, press)
+    centre = centre_of(reading, tip)
+    met = np.where((total < options.least)[:, None], state.met, centre)
     # Tips slow down while the force is off.
     off = np.abs(missing) * tip.stiffness / options.force
     speed = feed * options.feed * np.clip(1.0 - off, options.slowest, 1.0) * ~lost
     speed = np.minimum(speed, state.speed + options.acceleration * seconds)
-    beside = ((centre_of(reading, tip) - plane_point) * w).sum(axis=1)
-    velocity = (
-        speed[:, None] * cross(w, normal)
-        - press[:, None] * normal
-        - (options.hold * beside)[:, None] * w
-    )
+    beside = ((centre - plane_point) * w).sum(axis=1)
+    pressing = speed[:, None] * cross(w, normal) - press[:, None] * normal
+    seeking = options.search_speed * _sought(centre - met, w, normal, tip.radius)
+    velocity = np.where(lost[:, None], seeking, pressing) - (options.hold * beside)[:, None] * w
     sought = np.where(lost, state.sought + options.search_speed * seconds, 0.0)
     travelled = state.travelled + speed * seconds
     return velocity, ControlState(
-        reading.time, force, normal, error_sum, weak, sought, speed, travelled
+        reading.time, force, normal, error_sum, weak, met, sought, speed, travelled
     )
+
+
+def _sought(away, w, normal, radius: float) -> np.ndarray:
+    """(m, 3) unit directions in which tips seek a surface that they have lost, from where they are
+    off the place of the last contact by ``away`` (m, 3): against the normal there, and farther than
+    a radius on a circle about that place.
+
+    A section goes on from there, and the circle, turned toward the body, meets it.
+    """
+    inside = away - (away * w).sum(axis=1)[:, None] * w
+    length = np.sqrt((inside * inside).sum(axis=1))[:, None]
+    return np.where(length < radius, -normal, cross(w, inside / np.maximum(length, 1e-300)))
 
 
 def leaving(reading: Reading, options: TrackingOptions) -> np.ndarray:

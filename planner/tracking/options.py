@@ -86,7 +86,8 @@ class TrackingOptions:
     slowest : float
         Least fraction of the feed while the force is off its set point.
     search : float, length
-        How far a lost surface is sought, along the last normal.
+        How far a lost surface is sought: against the last normal, and farther than the radius of
+        the tip on a circle about the place of the last contact.
     search_speed : float, length/s
         How fast.
     lost_after : float, s

@@ -117,7 +117,7 @@ class _Tracker:
                 return self._give_up()
             self._command(np.where(met[:, None], 0.0, -options.approach * normal))
         reading = self._read()
-        self._state = ControlState.at_rest(reading, self._normal)
+        self._state = ControlState.at_rest(reading, self._normal, self._tip)
         self.start = centre_of(reading, self._tip)
         rested = reading.time + options.settle
         while reading.time < rested:

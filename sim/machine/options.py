@@ -31,6 +31,9 @@ class ProbeOptions:
         Along the surface, or toward it; 10 mm/s by default.
     points : int
         Of each arm of a contour, for a trigger.
+    normals : bool
+        Whether a scanning probe knows the direction of its force. Without it touches hold centres
+        of its ball.
     """
 
     name: str = IDEAL
@@ -38,6 +41,7 @@ class ProbeOptions:
     radius: float | None = None
     feed: float | None = None
     points: int = 5
+    normals: bool = True
 
     def __post_init__(self) -> None:
         probes: tuple[str, ...] = (IDEAL, SCANNING, TRIGGER)
@@ -56,15 +60,22 @@ class ProbeOptions:
         whole = isinstance(self.points, int | np.integer) and not isinstance(self.points, bool)
         if not (whole and 1 <= self.points <= 1000):
             raise ValueError(f"points is {self.points!r}; it must be a whole number from 1 to 1000")
+        if not isinstance(self.normals, bool | np.bool_):
+            raise ValueError(f"normals is {self.normals!r}; it must be true or false")
 
 
 def check_used(options: ProbeOptions) -> None:
     """ValueError for an option that its probe has not."""
-    lacking = {IDEAL: ("radius", "feed", "points"), SCANNING: ("points",)}.get(options.name, ())
-    for name in lacking:
+    owners = {"points": TRIGGER, "normals": SCANNING}
+    lacking = {
+        IDEAL: ("radius", "feed", "points", "normals"),
+        SCANNING: ("points",),
+        TRIGGER: ("normals",),
+    }
+    for name in lacking.get(options.name, ()):
         value, usual = getattr(options, name), getattr(ProbeOptions(), name)
         if value != usual:
-            with_it = "trigger" if name == "points" else "scanning or trigger"
+            with_it = owners.get(name, "scanning or trigger")
             raise ValueError(
                 f"--probe.{name} is {value!r}, but the probe is {options.name}, which has none; "
                 f"give --probe {with_it}, or leave it out"

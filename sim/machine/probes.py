@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from touchatlas.atlas import Touch
+from touchatlas.patch import Contour, SamplingPlane
 from touchatlas.planner import ProbePlan
 from touchatlas.planner.tracking.arms import Arm
 from touchatlas.planner.tracking.options import Tip, TrackingOptions, TriggerOptions
@@ -91,6 +92,8 @@ class ScanningProbe(MachineProbe):
     home : (3,) float, length
         Where the tip is at first.
     rng : numpy.random.Generator
+    normals : bool
+        Whether touches hold contacts with normals, or centres of the ball.
 
     Attributes
     ----------
@@ -101,10 +104,10 @@ class ScanningProbe(MachineProbe):
     machine: BeamScanner
 
     def __init__(
-        self, feet: Feet, beam: Beam, tip: Tip, options: TrackingOptions, home, rng
+        self, feet: Feet, beam: Beam, tip: Tip, options: TrackingOptions, home, rng, normals=True
     ) -> None:
         super().__init__(tip, rng)
-        self.options, self.arms = options, list[Arm]()
+        self.options, self.arms, self._normals = options, list[Arm](), normals
         self.machine = BeamScanner(feet, beam, rng)
         self.machine.place(home)
 
@@ -114,7 +117,20 @@ class ScanningProbe(MachineProbe):
         touch = track_plan(self.machine, plan, self.tip, self.options, self.arms)
         # Arms begin where the last touch left the tip, whatever was read there.
         self.machine.place(self.machine.position())
-        return touch
+        return touch if self._normals else of_centres(touch, self.tip.radius)
+
+
+def of_centres(touch: Touch, radius: float) -> Touch:
+    """A touch whose contacts have normals, as that of the centres of a ball, without them."""
+    contours = list[Contour]()
+    for contour in touch.contours:
+        assert contour.normals is not None
+        centres = contour.points + radius * contour.normals
+        nearest = ((contour.points - touch.contact) ** 2).sum(axis=1).argmin()
+        plane = SamplingPlane(centres[nearest], contour.plane.normal)
+        contours.append(replace(contour, points=centres, plane=plane, normals=None))
+    contact = contours[0].plane.point if contours else touch.contact
+    return replace(touch, contact=contact, contours=tuple(contours), tip_radius=radius)
 
 
 class TriggerProbe(MachineProbe):
@@ -189,7 +205,7 @@ def machine_probe(
         )
         how = TrackingOptions().in_unit(millimetre)
         how = how if options.feed is None else replace(how, feed=options.feed)
-        return ScanningProbe(feet, beam, tip, how, home, rng)
+        return ScanningProbe(feet, beam, tip, how, home, rng, options.normals)
     switch, tip = _switch(options, tip, radius, noise, millimetre)
     points = replace(TriggerOptions().in_unit(millimetre), points=options.points)
     return TriggerProbe(feet, switch, tip, points, home, rng)

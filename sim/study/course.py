@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
+from touchatlas.atlas import Atlas, Surface, Touch, doubts, extract_surface
+from touchatlas.atlas.check.faults import faults
 from touchatlas.planner import Planner, explore
 from touchatlas.sim.folder.option_tables import updated
 from touchatlas.sim.folder.run_options import RunOptions
@@ -23,10 +24,11 @@ from touchatlas.sim.world.objects import file_digest, make_object
 # What a run took and came to; those of evaluation.json have its meanings, in the object's unit. No
 # flag has one of these names, which is a column where it varies.
 FIGURES = (
-    *("touches", "tracked_length", "travel_length", "machine_seconds", "touches_to_99"),
+    *("touches", "points", "tracked_length", "travel_length", "machine_seconds", "touches_to_99"),
     *("machine_seconds_to_99", "predicted_coverage", "coverage", "accuracy_p95", "accuracy_max"),
     *("completeness_p95", "completeness_max", "deviation_calibration", "watertight"),
     *("euler_characteristic", "faces", "patches", "tolerance_used", "diagonal", "met", "ended"),
+    *("free_disc", "doubts", "touches_to_fault"),
 )
 # What depends on the machine that computes.
 TIMED = ("seconds", "wall_seconds")
@@ -34,7 +36,7 @@ TIMED = ("seconds", "wall_seconds")
 
 @dataclass(frozen=True)
 class MachineTime:
-    """How long a machine takes for a touch, on bodies of any size.
+    """How long a machine takes for a touch, on bodies of any size, where the probe has no clock.
 
     A scanner that follows a body of 100 mm with 10 mm/s, as ``TrackingOptions`` say, and travels
     ten times as fast.
@@ -71,6 +73,10 @@ class Course:
         Share of the surface that is expected within the tolerance.
     shares : list of float
         After each touch: the share of true points within the tolerance.
+    clock : list of float, s
+        After each touch: what the machine of the probe has taken; None of a probe without one.
+    to_fault : int or None
+        Touches after which a fault of the probe was first named.
     seconds, wall : float, s
         Processor and wall time of planning, learning and drawing.
     ended : str
@@ -82,6 +88,8 @@ class Course:
     surface: Surface | None
     predicted: float
     shares: list[float]
+    clock: list[float | None]
+    to_fault: int | None
     seconds: float
     wall: float
     ended: str
@@ -118,7 +126,7 @@ def explored(obj, options: RunOptions, points=None) -> Course:
     probe_rng, _, _, planner_rng = random_streams(options.seed)
     atlas, planner = begin(options, obj, planner_rng)
     probe, watch, away = probe_of(options, obj, probe_rng), Stopwatch(), Stopwatch()
-    touches, shares, length = [], [], 0.0
+    touches, shares, clock, to_fault = [], [], list[float | None](), None
 
     def touch(plan) -> Touch:
         with away:
@@ -131,7 +139,9 @@ def explored(obj, options: RunOptions, points=None) -> Course:
         if step is None:
             break
         touches.append(step.touch)
-        length += step.touch.tracked_length
+        clock.append(getattr(probe, "seconds", None))
+        if to_fault is None and faults(atlas):
+            to_fault = len(touches)
         if points is not None:
             shares.append(float(np.mean(errors(atlas, points) <= atlas.tolerance)))
     predicted = planner.forecast(atlas).predicted_coverage
@@ -139,7 +149,7 @@ def explored(obj, options: RunOptions, points=None) -> Course:
         atlas.finish()
         surface = extract_surface(atlas) if len(atlas) else None
     return Course(
-        *(atlas, planner, touches, surface, predicted, shares),
+        *(atlas, planner, touches, surface, predicted, shares, clock, to_fault),
         *(watch.seconds - away.seconds, watch.wall - away.wall),
         planner.stop.reason.value if planner.stop else "budget",
     )
@@ -180,9 +190,14 @@ def row_of(course: Course, obj, rng, machine: MachineTime = MachineTime()) -> Ro
     """A course as a row; blank where a figure is not known."""
     tolerance, touches, surface = course.atlas.tolerance, course.touches, course.surface
     machine_seconds = np.cumsum([0.0, *(machine.seconds(t, obj.diagonal) for t in touches)])
-    first = course.reached(0.99)
+    if None not in course.clock:
+        machine_seconds = np.array([0.0, *course.clock])
+    first, stop = course.reached(0.99), course.planner.stop
+    disc = None if stop is None else stop.free_disc
+    named = dict.fromkeys(doubt.name for doubt in doubts(course.atlas, surface, stopped=stop))
     found: dict = {
         "touches": len(touches),
+        "points": course.atlas.point_count,
         "tracked_length": sum(touch.tracked_length for touch in touches),
         "travel_length": sum(touch.travel_length for touch in touches),
         "machine_seconds": machine_seconds[-1],
@@ -196,6 +211,9 @@ def row_of(course: Course, obj, rng, machine: MachineTime = MachineTime()) -> Ro
         "diagonal": obj.diagonal,
         "met": False,
         "ended": course.ended,
+        "free_disc": None if disc is None else disc.diameter,
+        "doubts": ", ".join(named),
+        "touches_to_fault": course.to_fault,
         "seconds": course.seconds,
         "wall_seconds": course.wall,
     }

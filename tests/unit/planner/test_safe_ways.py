@@ -61,7 +61,18 @@ def test_a_place_without_a_clear_way_out_has_no_way(torus):
     machine that is to go there stays."""
     inside, outside = np.array([40.0, 0.0, 0.0]), np.array([90.0, 0.0, 0.0])
     assert safe_way(torus, outside, inside, TIP, ROOM) is None
-    assert safe_way(torus, inside, outside, TIP, ROOM) is None
+
+
+def test_a_tip_that_is_inside_of_what_is_known_leaves_straight_outward(torus):
+    """Where a tip is, nothing is: the known surface is wrong there. The distance rises along the
+    way out until there is room."""
+    start, goal = np.array([40.0, 0.0, 0.0]), np.array([90.0, 0.0, 0.0])
+    way = safe_way(torus, start, goal, TIP, ROOM)
+    off = distance(along(start, way))
+    free = int(np.flatnonzero(off > TIP + ROOM)[0])
+    assert (np.diff(off[: free + 1]) > 0.0).all()
+    assert off[free:].min() > TIP + 0.5 * ROOM
+    assert (way[-1] == goal).all()
 
 
 def test_seconds_are_those_of_approach_arms_points_and_ways():

@@ -33,7 +33,7 @@ def controlled(w, force, beside=0.0, before=None, options=OPTIONS, tip=TIP, step
     """Velocities after some readings of a force (m, 3), the centres beside their planes."""
     centre = beside * w
     reading = Reading(0.0, centre - force / tip.stiffness, force)
-    state = ControlState.at_rest(reading, before if before is not None else force)
+    state = ControlState.at_rest(reading, before if before is not None else force, tip)
     velocity = np.zeros_like(w)
     for k in range(steps):
         reading = replace(reading, time=0.004 * (k + 1))
@@ -66,6 +66,23 @@ def test_a_lost_surface_is_sought_along_the_last_normal():
     assert np.allclose(state.sought, 0.08 * OPTIONS.search_speed, atol=0.025 * 5.0)
     # Before, the tip creeps: a tenth of the feed.
     assert (state.travelled < 0.1 * OPTIONS.feed * 0.025).all()
+
+
+def test_a_surface_that_is_lost_beyond_an_edge_is_sought_around_the_edge():
+    """Half a turn about the last contact meets each section that goes on from there. The place off
+    it is integrated with steps of 0.02 mm on a circle of 2.5 mm, which lead outward by 1 % in half
+    a turn."""
+    w, n = frames(5)
+    forward = np.cross(w, n)
+    _, state = controlled(w, 0.0 * n, before=n, steps=20)
+    where, turned, period = 1.25 * TIP.radius * forward, np.zeros(5), 0.004
+    for k in range(int(1.25 * np.pi * TIP.radius / (period * OPTIONS.search_speed))):
+        reading = Reading(period * (21 + k), where, 0.0 * n)
+        velocity, state = hybrid_control(reading, np.zeros_like(w), w, 1.0, TIP, OPTIONS, state)
+        where = where + period * velocity
+        turned = np.arctan2(-(where * n).sum(axis=1), (where * forward).sum(axis=1))
+    assert np.allclose(turned, np.pi, atol=0.05)
+    assert np.allclose(np.linalg.norm(where, axis=1), 1.25 * TIP.radius, rtol=0.02)
 
 
 def test_velocities_have_the_unit_of_the_lengths():

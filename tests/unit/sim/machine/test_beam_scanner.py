@@ -13,6 +13,8 @@ from touchatlas.planner.tracking.track_plan import track_plan
 from touchatlas.sim import make_object
 from touchatlas.sim.machine.beam_scanner import Beam, BeamScanner
 from touchatlas.sim.machine.feet import Feet
+from touchatlas.sim.machine.options import ProbeOptions
+from touchatlas.sim.machine.probes import machine_probe
 
 BALL = make_object("sphere")
 FEET = Feet(BALL)
@@ -190,3 +192,35 @@ def test_known_surface_ends_an_arm():
     x = np.concatenate([contour.points[:, 0] for contour in touch.contours])
     # It is known from the first step on; four steps count for nothing, and then five are enough.
     assert x.min() < -23.0 < 15.0 < x.max() < 22.0
+
+
+def test_a_small_ball_goes_on_around_sharp_edges():
+    """The feed leads a ball of 0.1 mm past the edge of a cube before the force says so; it finds
+    the other face, by turning about the edge. Contacts are on the cube but for noise, and the
+    filter rounds the edge off by less than the radius."""
+    cube, arms = make_object("cube"), []
+    near = np.array([24.0, 3.0, 30.0])
+    scanner = BeamScanner(Feet(cube), Beam(radius=0.1), np.random.default_rng(3))
+    scanner.place(near + np.array([0.0, 0.0, 20.0]))
+    plan = plan_on(near, np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), reach=15.0)
+    touch = track_plan(scanner, plan, Tip(radius=0.1), arms=arms)
+    assert {arm.end for arm in arms} == {ContourEnd.LENGTH_REACHED}
+    points = np.concatenate([contour.points for contour in touch.contours])
+    off = np.abs(points).max(axis=1) - 30.0
+    assert off.max() < 0.1 and np.quantile(np.abs(off), 0.9) < 0.03
+    assert (points[:, 2] < 28.0).sum() > 3
+
+
+def test_a_probe_without_normals_gives_the_centres_of_the_same_touch():
+    touches = []
+    for normals in (True, False):
+        options = ProbeOptions("scanning", normals=normals)
+        probe = machine_probe(BALL, options, 0.02, 1.0, np.random.default_rng(4))
+        touches.append(probe(plan_on(*BALL.start(), np.array([1.0, 0.0, 0.0]))))
+    contacts, centres = touches
+    assert (contacts.tip_radius, centres.tip_radius) == (0.0, 2.0)
+    for a, b in zip(contacts.contours, centres.contours, strict=True):
+        assert b.normals is None and np.allclose(b.points, a.points + 2.0 * a.normals)
+        # Centres are held in the plane.
+        assert np.abs((b.points - b.plane.point) @ b.plane.normal).max() < 0.1
+    assert np.linalg.norm(centres.contact) == pytest.approx(35.0, abs=0.1)

@@ -74,6 +74,7 @@ def test_what_is_refused_has_the_flag_of_its_own_record(name):
     [
         (ProbeOptions(feed=3.0), "--probe.feed is 3.0, but the probe is ideal"),
         (ProbeOptions(name="scanning", points=3), "the probe is scanning, which has none"),
+        (ProbeOptions(name="trigger", normals=False), "which has none; give --probe scanning"),
     ],
 )
 def test_an_option_that_a_probe_has_not_is_refused(probe, said):
