@@ -1,14 +1,16 @@
 """Learn: the samples of a touch are checked, oriented and entered."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from touchatlas.atlas.body.other_unit import unit_factor
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
 from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
 from touchatlas.atlas.samples.corrected import without_bad
+from touchatlas.atlas.samples.crossings import crossings_of
 from touchatlas.atlas.samples.predictive_law import innovations_of
 from touchatlas.atlas.samples.sample_pool import SamplePool
-from touchatlas.atlas.samples.shift import Shift, shift_of
 from touchatlas.atlas.state import AtlasState
 from touchatlas.atlas.touch_side import (
     near_arc,
@@ -53,12 +55,12 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     counts = [len(c.points) for c in contours]
     noise = np.repeat([c.noise_std for c in contours], counts)
     normals = _normals(state, touch.contact, contours, outward, quadric)
-    numbers = np.repeat(np.arange(len(contours)), counts)
-    news, shift = compared(state, points, noise, np.concatenate(normals), numbers)
+    news, first = innovations(state, points, noise), len(state.pool)
     settle_tip(state, touch.tip_radius, touch.systematic_std)
-    enter_samples(state, contours, normals)
+    enter_samples(state, contours, normals, touch.number)
     _enter_way(state, touch)
-    state.evidence = evidence.with_shift(shift)
+    found = evidence.crossings + crossings_of(state.pool, first, state.levels)
+    state.evidence = replace(evidence, crossings=found)
     state.bad_contacts = np.concatenate([state.bad_contacts, bad])
     return AtlasChange(innovations=news)
 
@@ -206,41 +208,19 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
     """(k, 6) what new samples (n, 3), of noise (n,), show of the surface that was predicted
     before them: see ``innovations_of``. Where nothing was known, or as little as of a polynomial
     far from all samples, they show nothing."""
-    return compared(state, points, noise)[0]
-
-
-def compared(
-    state: AtlasState, points, noise, normals=None, numbers=None
-) -> tuple[np.ndarray, Shift]:
-    """The ``innovations`` of new samples, and what those with normals (n, 3), of contours
-    ``numbers`` (n,), say of a shift of the object: those within a step of others, where the surface
-    faces as they do. Farther away it may have features that no sample met, and where it is turned
-    an edge lies between. A surface that is farther from a sample than the others are does not
-    follow those, and one that leaves the nearest of them says nothing."""
     if state.body is None:
-        return np.zeros((0, 6)), Shift()
+        return np.zeros((0, 6))
     noise = np.broadcast_to(np.asarray(noise, float), len(points))
     found, known = state.body.at(points)
     known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
     std, away = np.hypot(noise, state.bias), state.body.away(points)
     columns = found.distance, found.deviation, noise, std, away
-    news = innovations_of(state.next_number, *columns)[known]
-    if normals is None or len(points) < 2:
-        return news, Shift()
-    step = np.median(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))
-    sure = known & (found.deviation <= state.sample_std) & (away <= step)
-    sure &= (found.normal * normals).sum(axis=1) > state.levels.facing
-    sure &= np.abs(found.distance) <= away + state.levels.sure * std
-    sure[sure] = state.body.follows(points[sure])
-    square = state.law.scale(found.deviation[sure]) ** 2 + noise[sure] ** 2
-    own = found.distance[sure], found.normal[sure], square
-    of = None if numbers is None else numbers[sure]
-    return news, shift_of(*own, state.law.freedom, state.levels, of)
+    return innovations_of(state.next_number, *columns)[known]
 
 
-def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> None:
-    """Add the samples of contours, with the normals (k, 3) of each, to the pool, and the ends at
-    which contact was lost to the rims."""
+def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals, touch: int) -> None:
+    """Add the samples of contours of the touch of a number, with the normals (k, 3) of each, to the
+    pool, and the ends at which contact was lost to the rims."""
     points = np.concatenate([c.learned_points(state.tip_radius) for c in contours])
     across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
     edges = np.concatenate([_is_at_edge(c) for c in contours])
@@ -249,7 +229,8 @@ def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals) -> 
     numbers = np.repeat(np.arange(len(contours)), counts)
     state.rims.ends.extend(contours, normals)
     measured = np.repeat([c.normals is not None for c in contours], counts)
-    state.pool.add(points, np.concatenate(normals), across, edges, noise, numbers, measured)
+    columns = points, np.concatenate(normals), across, edges, noise, numbers, measured, touch
+    state.pool.add(*columns)
 
 
 def _is_at_edge(contour: Contour) -> np.ndarray:

@@ -18,6 +18,7 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import AtlasOptions
 from touchatlas.atlas.records.touch import Touch
+from touchatlas.atlas.samples.crossings import NO_CROSSINGS, Crossings
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.store import load_labels, save_atlas
@@ -159,7 +160,10 @@ def _part_of(atlas: Atlas, spans, numbers: set[int]) -> Part:
     part.ways, part.bad_contacts = atlas.ways[ways], atlas.bad_contacts[bad]
     part.innovations = atlas.innovations[atlas.innovations[:, 0] >= atlas.settled]
     kept = tuple(one for one in atlas.evidence.touches if int(one.number) in numbers)
-    part.evidence = replace(atlas.evidence, touches=kept)
+    found = atlas.evidence.crossings
+    own = np.isin(found.table[:, :2], sorted(numbers)).all(axis=1)
+    crossings = Crossings.of_table(found.table[own])
+    part.evidence = replace(atlas.evidence, touches=kept, crossings=crossings)
     known = atlas.known_body
     faces = known.faces
     if known.body is not None and known.is_one_face:
@@ -213,7 +217,8 @@ def joined(parts: Sequence[Part]) -> Atlas:
             atlas.pool.add(*(getattr(part.pool, name) for name in NAMES))
     touches = [one for part in every for one in part.evidence.touches]
     touches.sort(key=lambda one: one.number)
-    atlas.evidence = replace(first.evidence, touches=tuple(touches))
+    crossings = sum((part.evidence.crossings for part in every), NO_CROSSINGS)
+    atlas.evidence = replace(first.evidence, touches=tuple(touches), crossings=crossings)
     samples = samples_of(atlas.pool, len(atlas.pool), atlas.sample_std, atlas.levels)
     atlas.know(body_of_parts(samples, [(p.pieces, p.of, p.is_one_face) for p in shown]))
     # The law of errors is that of the last touches of all regions.

@@ -18,6 +18,8 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import AtlasOptions, Levels
+from touchatlas.atlas.samples import crossings
+from touchatlas.atlas.samples.crossings import Crossings
 from touchatlas.atlas.samples.evidence import WIDTH, TouchEvidence
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
@@ -25,7 +27,7 @@ from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.arrays import real
 
 # The version is that of the file, no unit.
-_FILE = FileKind("atlas", "the atlas.npz of a run", 20, "explore again")
+_FILE = FileKind("atlas", "the atlas.npz of a run", 21, "explore again")
 _LAW = "count", "looked", "std", "is_few"
 
 
@@ -51,6 +53,7 @@ def atlas_bytes(atlas: Atlas) -> bytes:
         "ways": atlas.ways,
         "innovations": atlas.innovations,
         "evidence": atlas.evidence.table,
+        "crossings": atlas.evidence.crossings.table,
         "bad_contacts": atlas.bad_contacts,
         **face_arrays(atlas.known_body),
     }
@@ -150,8 +153,9 @@ def _learned(arrays, header) -> Atlas:
     atlas.innovations = _rows(arrays["innovations"], 6, "innovations")
     atlas.bad_contacts = _rows(arrays["bad_contacts"], 3, "bad contacts")
     rows = _rows(arrays["evidence"], WIDTH, "evidence")
-    touches = tuple(TouchEvidence.of_row(row) for row in rows)
-    atlas.evidence = replace(atlas.evidence, touches=touches)
+    touches = tuple(TouchEvidence(*row) for row in rows.tolist())
+    found = Crossings.of_table(_rows(arrays["crossings"], crossings.WIDTH, "crossings"))
+    atlas.evidence = replace(atlas.evidence, touches=touches, crossings=found)
     atlas.settled = int(header["settled"])
     return atlas
 

@@ -97,7 +97,7 @@ class _Known:
         within = int(inside.sum()) if leaves else 0
         if (np.diff(found.distance[:within]) < 0.0).any():
             return True
-        at, distance, sure = (part[within:] for part in (at, found.distance, sure))
+        at, distance, sure = at[within:], found.distance[within:], sure[within:]
         if not len(at):
             return False
         inner = np.minimum(at - at[0], 1.0 - at) * length > 2.0 * self._room

@@ -140,12 +140,6 @@ class Body:
         those that noise explains."""
         return np.asarray(self._misses[self._tree.query(points)[1]])
 
-    def follows(self, points) -> np.ndarray:
-        """(n,) whether the surface follows the samples nearest to points (n, 3)."""
-        nearest = self._tree.query(points)[1]
-        off = self.field.level(self.samples.points[nearest])[0]
-        return np.asarray(np.abs(off) <= self.samples.levels.sure * self.samples.stds[nearest])
-
     def at(self, points) -> tuple[FaceValues, np.ndarray]:
         """What the faces say of points (n, 3), and whether (n,) the surface is known there: among
         samples, where the deviation that the coefficients predict is not vague.

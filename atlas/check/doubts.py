@@ -51,12 +51,10 @@ def doubts(
             f"got {type(surface).__name__} for the surface; give the Surface that extract_surface "
             "returns, or leave it out"
         )
-    named = tuple(fault.doubt for fault in faults(atlas))
-    names = {doubt.name for doubt in named}
     return (
         *stop_doubts(stopped, open_places, unreachable),
-        *named,
-        *(doubt for doubt in sample_doubts(atlas) if doubt.name not in names),
+        *(fault.doubt for fault in faults(atlas)),
+        *sample_doubts(atlas),
         *edge_doubts(atlas.without_tip),
         *tip_doubts(atlas),
         *surface_doubts(surface, atlas.without_tip),

@@ -5,17 +5,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import bdtrc, fdtrc, pdtrc
+from scipy.special import bdtrc, pdtrc
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
+from touchatlas.atlas.samples.crossings import most_probable_move
 from touchatlas.atlas.samples.evidence import ProbeEvidence
-from touchatlas.atlas.samples.predictive_law import LawPrior
-from touchatlas.atlas.samples.shift import Shift
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
 from touchatlas.patch.words import count_of
 
-MOVED = "moved"
+MOVED, DRIFT = "moved", "drift"
 _NUMBERS = "size", "statistic", "expected", "chance"
 
 
@@ -151,59 +150,22 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
 
 
 def moved_object(atlas: AtlasState) -> Fault | None:
-    """An object that moved between two touches: the next ones all lie beside the body of those
-    before by one shift.
-
-    The most probable shift of one to three touches in a row explains most of their squares: the
-    body follows more. Over its degrees of freedom what it explains is compared with an F law,
-    because deviations of the body are known as well as a Student t tells. The first three touches
-    are small, and tell nothing, as those that cross no curve.
-    """
-    evidence, least = atlas.evidence, atlas.levels.explained
-    touches = [one for k, one in enumerate(evidence.touches) if k < 3 or one.shift.square]
-    best = None
-    for last in range(4, len(touches) + 1):
-        for first in range(max(last - 3, 3), last):
-            some = [touch.shift for touch in touches[first:last]]
-            limit = evidence.chance_after(last)
-            # A shift explains no more than all squares.
-            if _chance_of(sum(one.square for one in some), len(some)) >= limit:
-                continue
-            chance, explained, shift = _one_shift(some, least)
-            if chance < limit and (best is None or chance < best[0]):
-                best = chance, explained, shift, first
-    if best is None or not np.linalg.norm(best[2]) > atlas.sample_std:
+    """An object that moved between two touches or with every touch, so that contours miss each
+    other by one shift where they cross: see ``most_probable_move``."""
+    evidence, sure = atlas.evidence, atlas.levels.sure
+    order = [touch.number for touch in evidence.touches]
+    found = most_probable_move(evidence.crossings, order, sure)
+    if found is None or found.chance >= evidence.chance:
         return None
-    chance, explained, shift, first = best
-    # The object moved before the first touch of them that tells the shift.
-    first += next(k for k, one in enumerate(touches[first:]) if _tells(one.shift, shift, least))
-    size, number = float(np.linalg.norm(shift)), int(touches[first - 1].number)
-    words = (
-        f"The object has moved by {size:.2g} or more, ({', '.join(f'{x:.2g}' for x in shift)}), "
-        f"after touch {number + 1}; fix it, and explore again."
-    )
-    return Fault(MOVED, words, size, explained, 3.0, chance, NOWHERE)
-
-
-def _one_shift(some: list[Shift], least: float) -> tuple[float, float, np.ndarray]:
-    """Chance that touches lie beside a body by one shift as well as they do, the squares that the
-    shift explains, and the shift (3,), length; a chance of 1 where it explains too little."""
-    every = sum(some[1:], some[0])
-    shift = every.most_probable
-    explained = every.square - every.left(shift)
-    if not _tells(every, shift, least):
-        return 1.0, explained, shift
-    return _chance_of(explained, len(some)), explained, shift
-
-
-def _tells(one: Shift, shift, least: float) -> bool:
-    """Whether a shift (3,) explains more than a share of the squares of one or more touches."""
-    return one.square - one.left(shift) > least * one.square
-
-
-def _chance_of(square: float, touches: int) -> float:
-    """Chance that one shift explains as much of the squares of so many touches."""
-    return float(fdtrc(3.0, LawPrior.freedom * touches, square / 3.0))
+    size = float(np.linalg.norm(found.shift))
+    shift = f"{size:.2g} or more, ({', '.join(f'{x:.2g}' for x in found.shift)})"
+    if found.after is None:
+        name, words = DRIFT, f"The object or the probe drifts by {shift}, from touch to touch"
+    else:
+        name, words = MOVED, f"The object has moved by {shift}, after touch {found.after + 1}"
+    words += "; fix it, and explore again."
+    places = some_apart(found.places, extent_of(atlas.pool.points))
+    return Fault(name, words, size, found.explained, found.freedom, found.chance, places)
 
 
 def _of_squares(name: str, words: str, size: float, evidence: ProbeEvidence, of: str) -> Fault:

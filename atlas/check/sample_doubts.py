@@ -4,7 +4,7 @@ import numpy as np
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.check.doubt import Doubt, extent_of, some_apart
-from touchatlas.atlas.check.moved import shift_of_object
+from touchatlas.atlas.check.faults import moved_object
 from touchatlas.atlas.labels.samples import split_contours
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.words import count_of
@@ -12,10 +12,6 @@ from touchatlas.patch.words import count_of
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad
 # contact in five hundred is no doubt.
 _FEW = 1e-3
-# Fraction of the samples that must lie beside the surface where the object moved: it was a sixth or
-# more wherever it did. Doubled, nothing changes; at the fraction above, one false sample of 506 was
-# a move.
-_MOVED = 0.02
 # Distance of a sample from the surface that contradicts it, in deviations of both: chance gives one
 # in two million. Doubled, only gross errors are doubted.
 _FAR = 5.0
@@ -35,21 +31,8 @@ def sample_doubts(atlas: AtlasState) -> list[Doubt]:
     points = atlas.pool.points
     found, _ = atlas.body.at(points)
     extent = extent_of(points)
-    moved = _moved(atlas, found, extent)
-    beside = moved or _contradictions(atlas, found, extent)
+    beside = [] if moved_object(atlas) else _contradictions(atlas, found, extent)
     return [*beside, *_close_sheets(atlas), *_lost_contact(atlas, extent)]
-
-
-def _moved(atlas: AtlasState, found, extent: float) -> list[Doubt]:
-    """One doubt where a move of the object explains how samples of before and after differ."""
-    shift, off = shift_of_object(atlas, found)
-    if off.mean() <= _MOVED:
-        return []
-    words = (
-        f"{off.mean():.1%} of the samples lie beside the surface as if the object had moved by "
-        f"{np.linalg.norm(shift):.3g} or more; fix it, and explore again."
-    )
-    return [Doubt("moved", words, some_apart(atlas.pool.points[off], extent))]
 
 
 def _contradictions(atlas: AtlasState, found, extent: float) -> list[Doubt]:

@@ -38,13 +38,8 @@ class Levels:
     closed : float
         Largest length of the sum of normals times areas, over the sum of areas, of a surface that
         counts as closed: it is zero for one without openings, and half of a sphere has 0.5.
-    explained : float
-        Least share of the squares beside a surface that one shift of the object explains, where it
-        moved.
     passed : float
-        Share that may contradict by chance: of the ends at which contact was lost, those beyond
-        which samples lie; of the samples that a move would shift, those that lie as before it; of
-        the squares that a move explains, those of all contours of a touch but one.
+        Share of the ends at which contact was lost beyond which samples may lie by chance.
 
     Examples
     --------
@@ -58,12 +53,11 @@ class Levels:
     vague: float = 0.1
     alpha: float = 1e-3
     closed: float = 0.15
-    explained: float = 0.5
     passed: float = 0.1
 
     def __post_init__(self) -> None:
         most = {"sure": np.inf, "same_side": 0.5 * np.pi, "believed": 1.0, "vague": 1.0}
-        most |= {"alpha": 1.0, "closed": 1.0, "explained": 1.0, "passed": 1.0}
+        most |= {"alpha": 1.0, "closed": 1.0, "passed": 1.0}
         for level in fields(self):
             value = real(getattr(self, level.name))
             if not 0.0 < value < most[level.name]:

@@ -2,7 +2,8 @@
 
 The part of a sample across its plane, the rest of a short curve, and the misses of curves that meet
 at one contact are of the probe alone. Their squares over the stated variance follow chi-square
-laws, which add up from touch to touch. So do the normal equations of a shift of the object.
+laws, which add up from touch to touch. Where contours of different touches cross, their gaps tell
+of a move of the object.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -16,8 +17,8 @@ from touchatlas.atlas.samples.corrected import (
     noise_within,
     noisier,
 )
+from touchatlas.atlas.samples.crossings import NO_CROSSINGS, Crossings
 from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
-from touchatlas.atlas.samples.shift import Shift
 from touchatlas.patch.geometry.contour import Contour
 
 # Independent squares that a sample adds to the estimate of the noise by short fits: seven of them
@@ -45,7 +46,6 @@ class TouchEvidence:
         The same of the distances of the curves at the contact from their mean.
     miss_length, miss_noise : float, length^2
         Sum of these squares, and what noise gives in the mean.
-    shift : Shift
     """
 
     number: float = 0.0
@@ -62,27 +62,15 @@ class TouchEvidence:
     miss_freedom: float = 0.0
     miss_length: float = 0.0
     miss_noise: float = 0.0
-    shift: Shift = Shift()
 
     @property
     def row(self) -> np.ndarray:
         """(k,) all numbers, for a file."""
-        own = [getattr(self, name) for name in _NUMBERS]
-        shift = self.shift
-        return np.array([*own, *shift.matrix.ravel(), *shift.vector, shift.square])
-
-    @staticmethod
-    def of_row(row) -> "TouchEvidence":
-        """The evidence whose ``row`` (k,) it is."""
-        own, rest = row[: len(_NUMBERS)], row[len(_NUMBERS) :]
-        shift = Shift(rest[:9].reshape(3, 3), rest[9:12], float(rest[12]))
-        numbers = dict(zip(_NUMBERS, own.tolist(), strict=True))
-        return TouchEvidence(**numbers, shift=shift)
+        return np.array([getattr(self, field.name) for field in fields(self)])
 
 
-_NUMBERS = tuple(one.name for one in fields(TouchEvidence) if one.name != "shift")
 # Numbers of a row.
-WIDTH = len(_NUMBERS) + 13
+WIDTH = len(fields(TouchEvidence))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +84,13 @@ class ProbeEvidence:
         Chance with which an exploration of any length refuses what is true, for each question.
     prior : float
         Samples that the stated noise counts as, once it is refuted.
+    crossings : Crossings
     """
 
     touches: tuple[TouchEvidence, ...] = ()
     alpha: float = 1e-3
     prior: float = 5.0
+    crossings: Crossings = NO_CROSSINGS
 
     def sum(self, name: str) -> float:
         """A number, summed over the touches."""
@@ -113,11 +103,7 @@ class ProbeEvidence:
         The terms 1 / (k (k + 1)) add up to 1, so that all tests of an exploration do with a chance
         of ``alpha`` (alpha spending; Lan and DeMets, Discrete sequential boundaries, 1983).
         """
-        return self.chance_after(len(self.touches))
-
-    def chance_after(self, touches: int) -> float:
-        """The same after a number of touches."""
-        count = max(touches, 1)
+        count = max(len(self.touches), 1)
         return self.alpha / (count * (count + 1.0))
 
     def is_refuted(self, square: float, freedom: float) -> bool:
@@ -197,11 +183,6 @@ class ProbeEvidence:
             miss_noise=freedom * float(meeting.variances.mean()),
         )
         return replace(self, touches=(*self.touches, found))
-
-    def with_shift(self, shift: Shift) -> "ProbeEvidence":
-        """With the shift of the last touch."""
-        last = replace(self.touches[-1], shift=shift)
-        return replace(self, touches=(*self.touches[:-1], last))
 
     def corrected(self, contours, contact) -> tuple[Contour, ...]:
         """Contours of the last touch, with its contact (3,), as the evidence corrects them: in the

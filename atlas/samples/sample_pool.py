@@ -6,7 +6,9 @@ from scipy.spatial import cKDTree
 # Number of samples that a new pool has room for.
 _ROOM = 256
 _VECTORS = "points", "normals", "across"
-NAMES = *_VECTORS, "edges", "noise", "contours", "measured"
+NAMES = *_VECTORS, "edges", "noise", "contours", "measured", "touches"
+# Number of the touch of samples that are of none.
+NO_TOUCH = -1
 
 
 class SamplePool:
@@ -33,6 +35,8 @@ class SamplePool:
         Number of the contour, ascending; a point that is of no curve has a number of its own.
     measured : (n,) bool
         Whether the probe measured the normal.
+    touches : (n,) int
+        Number of the touch, -1 of a scan.
     """
 
     points: np.ndarray
@@ -42,12 +46,14 @@ class SamplePool:
     noise: np.ndarray
     contours: np.ndarray
     measured: np.ndarray
+    touches: np.ndarray
 
     def __init__(self, tip_radius: float = 0.0) -> None:
         self.tip_radius, self._size = tip_radius, 0
         self._columns: dict[str, np.ndarray] = {name: np.zeros((_ROOM, 3)) for name in _VECTORS}
         self._columns |= {"edges": np.zeros(_ROOM, bool), "noise": np.zeros(_ROOM)}
         self._columns |= {"contours": np.zeros(_ROOM, np.int32), "measured": np.zeros(_ROOM, bool)}
+        self._columns["touches"] = np.zeros(_ROOM, np.int64)
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
         # Tree of the samples that there were when it was built.
         self._tree: cKDTree | None = None
@@ -61,15 +67,23 @@ class SamplePool:
         return self._columns[name][: self._size]
 
     def add(
-        self, points, normals, across, edges, noise, contours=None, measured=False
+        self,
+        points,
+        normals,
+        across,
+        edges,
+        noise,
+        contours=None,
+        measured=False,
+        touches=NO_TOUCH,
     ) -> np.ndarray:
         """Append samples: vectors (n, 3), flags (n,), lengths (n,), numbers (n,) of contours from 0
-        on, a new one with each plane where they are not given, and flags (n,). Returns their
-        indices (n,)."""
+        on, a new one with each plane where they are not given, flags (n,), and numbers (n,) of
+        touches. Returns their indices (n,)."""
         first, last = self._size, self._size + len(points)
         own = contours_of_planes(across) if contours is None else np.asarray(contours)
         start = int(self.contours[-1]) + 1 if first else 0
-        values = points, normals, across, edges, noise, start + own, measured
+        values = points, normals, across, edges, noise, start + own, measured, touches
         for name, value in zip(NAMES, values, strict=True):
             self._columns[name] = _grown(self._columns[name], last)
             self._columns[name][first:last] = value

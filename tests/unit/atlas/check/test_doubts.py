@@ -98,13 +98,13 @@ def test_places_that_no_pin_reaches_are_taken_from_the_stop():
 
 
 def test_a_moved_object_is_told_with_its_move():
-    """A free-form surface bends to follow both halves of the touches; the surface of one half tells
-    how far the other lies off. The move is right to 3 %: 600 samples of 0.03 tell it to 0.002, and
-    the surface of eight touches has errors of half of that of a sample."""
-    (found,) = doubts(ball(8), surface())
-    assert found.name == "moved" and len(found.places)
-    size = float(found.words.split("moved by ")[1].split()[0])
-    assert size == pytest.approx(np.linalg.norm(SHIFT), rel=0.03)
+    """Places where contours before and after cross tell the move as well as their noise lets them:
+    to a third of the noise of 0.02."""
+    moved = [doubt for doubt in doubts(ball(8), surface()) if doubt.name == "moved"]
+    assert len(moved) == 1 and len(moved[0].places)
+    size = float(moved[0].words.split("moved by ")[1].split()[0])
+    assert size == pytest.approx(np.linalg.norm(SHIFT), abs=0.02)
+    assert "contradicting samples" not in names(doubts(ball(8), surface()))
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

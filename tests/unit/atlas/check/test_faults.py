@@ -8,10 +8,8 @@ import pytest
 from tests.explored import learned, spread_touches
 from touchatlas.atlas import Atlas, doubts
 from touchatlas.atlas.check.faults import bad_contacts, faults, moved_object, slipped_contacts
-from touchatlas.atlas.learn import compared
+from touchatlas.atlas.samples.crossings import Crossings
 from touchatlas.atlas.samples.evidence import ProbeEvidence, TouchEvidence
-from touchatlas.atlas.samples.shift import Shift
-from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe, make_object
 
@@ -19,77 +17,42 @@ STD = 0.05
 STEP = np.array([0.3, -0.2, 0.1])
 
 
-def shift_by(step, rng, std=STD, count=5) -> Shift:
-    """What samples with normals all around say after a step (3,) of the object."""
-    normals = rng.normal(size=(count, 3))
+def crossings_of_touches(count, step, rng, since=np.inf, each=4) -> Crossings:
+    """Crossings of each touch with the one before, with normals all around, of an object that has
+    moved by a step (3,) since a touch."""
+    later = np.repeat(np.arange(1.0, count), each)
+    normals = rng.normal(size=(len(later), 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    distance = normals @ step + std * rng.normal(size=count)
-    return Shift(
-        normals.T @ normals / std**2,
-        normals.T @ distance / std**2,
-        float(distance @ distance) / std**2,
-    )
+    gaps = (normals @ step) * (later == since) + STD * rng.normal(size=len(later))
+    return Crossings(later - 1.0, later, 10.0 * normals, normals, gaps, np.full(len(later), STD**2))
 
 
-def atlas_of(shifts) -> Atlas:
-    """An atlas that holds nothing but evidence of shifts."""
+def atlas_of(crossings, count) -> Atlas:
+    """An atlas that holds nothing but a sample, and evidence of crossings of so many touches."""
     atlas = Atlas(0.1, scale=0.1)
-    touches = tuple(TouchEvidence(k, 100.0, shift=one) for k, one in enumerate(shifts))
-    atlas.evidence = replace(atlas.evidence, touches=touches)
+    up = np.eye(3)[2:]
+    atlas.pool.add(up, up, up, False, STD)
+    touches = tuple(TouchEvidence(k, 100.0) for k in range(count))
+    atlas.evidence = replace(atlas.evidence, touches=touches, crossings=crossings)
     return atlas
 
 
-def test_a_move_is_named_within_three_touches_with_its_size_and_the_touch():
-    rng = np.random.default_rng(0)
-    still = [shift_by(np.zeros(3), rng) for _ in range(6)]
-    moved = [shift_by(STEP, rng) for _ in range(3)]
-    assert moved_object(atlas_of(still)) is None
-    fault = moved_object(atlas_of(still + moved))
+def test_a_move_is_named_with_its_size_its_touch_and_its_places():
+    """Eight crossings tell the step to twice the deviation of a gap in each direction."""
+    found = crossings_of_touches(9, STEP, np.random.default_rng(0), since=6.0, each=8)
+    fault = moved_object(atlas_of(found, 9))
     assert fault.name == "moved" and "after touch 6;" in fault.words
     assert fault.size == pytest.approx(np.linalg.norm(STEP), abs=3.0 * STD)
     assert fault.statistic > fault.expected and fault.chance < 1e-5
-
-
-def test_what_no_curve_has_crossed_tells_no_move():
-    """Samples farther than a step from all others may lie on a step that nothing has met: those of
-    a second touch, two steps off and higher, tell nothing, and the same ones on the curve do."""
-    atlas = learned(spread_touches(make_object("sphere"), 5), 0.1)
-    line = atlas.pool.points[atlas.pool.contours == 0]
-    up = atlas.pool.normals[atlas.pool.contours == 0]
-    step = np.linalg.norm(np.diff(line, axis=0), axis=1).mean()
-    noise = np.full(len(line), 0.02)
-    assert compared(atlas, line + 0.3 * up, noise, up)[1].square > 0.0
-    assert compared(atlas, line + 2.0 * step * up, noise, up)[1].square == 0.0
-
-
-def test_what_faces_another_way_than_the_surface_tells_no_move():
-    """Beyond an edge that no contour has crossed another face begins within a step of samples."""
-    atlas = learned(spread_touches(make_object("sphere"), 5), 0.1)
-    line = atlas.pool.points[atlas.pool.contours == 0]
-    up = atlas.pool.normals[atlas.pool.contours == 0]
-    across = np.cross(up, any_tangent(up[0]))
-    noise = np.full(len(line), 0.02)
-    assert compared(atlas, line + 0.3 * up, noise, across)[1].square == 0.0
-
-
-def test_a_surface_that_leaves_its_own_samples_tells_no_move(monkeypatch):
-    """As the wrong face of a slot does: samples are nearer to each other than to the surface."""
-    atlas = learned(spread_touches(make_object("sphere"), 5), 0.1)
-    line = atlas.pool.points[atlas.pool.contours == 0]
-    up = atlas.pool.normals[atlas.pool.contours == 0]
-    noise = np.full(len(line), 0.02)
-    monkeypatch.setattr(type(atlas.body), "away", lambda body, points: np.full(len(points), 0.1))
-    # The noise of the ball is a tenth of its tolerance: four deviations are less than 0.1.
-    assert compared(atlas, line + 0.3 * up, noise, up)[1].square == 0.0
-    assert compared(atlas, line + 0.09 * up, noise, up)[1].square > 0.0
+    assert 1 <= len(fault.places) <= 5
+    assert np.allclose(np.linalg.norm(fault.places, axis=1), 10.0)
 
 
 def test_still_objects_have_not_moved():
     """A thousand explorations of twenty touches would name one; thirty name none."""
     for seed in range(30):
-        rng = np.random.default_rng(seed)
-        shifts = [shift_by(np.zeros(3), rng) for _ in range(20)]
-        assert moved_object(atlas_of(shifts)) is None, seed
+        found = crossings_of_touches(20, np.zeros(3), np.random.default_rng(seed))
+        assert moved_object(atlas_of(found, 20)) is None, seed
 
 
 def test_bad_contacts_are_counted_and_shown():
@@ -127,9 +90,8 @@ def test_a_move_ends_an_exploration_and_its_stop_says_so():
     atlas, planner = Atlas(obj.tolerance, scale=0.1), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(0))
     touch = next(iter(explore(atlas, planner, probe, 1))).touch
-    rng = np.random.default_rng(0)
-    moved = atlas_of([shift_by(np.zeros(3), rng)] * 3 + [shift_by(STEP, rng) for _ in range(3)])
-    atlas.evidence = moved.evidence
+    found = crossings_of_touches(6, STEP, np.random.default_rng(0), since=3.0, each=8)
+    atlas.evidence = atlas_of(found, 6).evidence
     assert planner.ask(atlas) is None and planner.stop.reason is StopReason.MOVED
     assert "The object has moved by" in str(planner.stop) and touch.number == 0
 
