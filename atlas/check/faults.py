@@ -158,6 +158,9 @@ def moved_object(atlas: AtlasState) -> Fault | None:
     if found is None or found.chance >= evidence.chance:
         return None
     size = float(np.linalg.norm(found.shift))
+    # Touches of a sound probe may differ by as much as samples err together.
+    if size <= np.hypot(atlas.sample_std, atlas.systematic_std):
+        return None
     shift = f"{size:.2g} or more, ({', '.join(f'{x:.2g}' for x in found.shift)})"
     if found.after is None:
         name, words = DRIFT, f"The object or the probe drifts by {shift}, from touch to touch"

@@ -101,8 +101,13 @@ class Contour:
 
         Medians ignore single bad contacts, which are not the caller's mistake: the fit finds them.
         """
-        offset = self.points - self.plane.point
-        off = float(np.median(np.abs(offset @ self.plane.normal)))
+        height = (self.points - self.plane.point) @ self.plane.normal
+        if self.normals is not None:
+            # Contacts of a ball whose centre stays in a plane are off it by -r n . w.
+            lean = np.stack([self.normals @ self.plane.normal, np.ones(len(height))], axis=1)
+            fit = np.linalg.lstsq(lean, height, rcond=None)[0]
+            height = height - lean @ fit if fit[0] < 0.0 else height
+        off = float(np.median(np.abs(height)))
         from_middle = self.points - np.median(self.points, axis=0)
         size = float(np.median(np.sqrt((from_middle * from_middle).sum(axis=1))))
         # The sine of 30 degrees: a curve at a wider angle is nearer to the next of three planes 60

@@ -1,6 +1,6 @@
 """Arms: what came of tracking one way in one plane, and the touch that arms make."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,10 @@ from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip
 from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries
+
+# Root mean square of centres beside a line, in deviations of a sample, from which they have a plane
+# of their own; and cosine of it and the stated one, of which it is no other.
+_BENDS, _LIKE = 30.0, 0.98
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +54,8 @@ def touch_of(
     if status is TouchStatus.TOUCHED and not firsts:
         status = TouchStatus.NO_CONTACT
     if status is not TouchStatus.TOUCHED:
-        ends = np.stack([origin, origin - depth * plan.normal])
+        # The ball has passed what is a radius below its centre.
+        ends = np.stack([origin, origin - (depth + tip.radius) * plan.normal])
         way = ends if status is TouchStatus.NO_CONTACT else None
         place = plan.reference_point, plan.normal
         return Touch(plan.number, *place, (), status, 0.0, travel, way, systematic_std=shared)
@@ -62,12 +67,14 @@ def touch_of(
         for plane, (ahead, behind) in zip(plan.planes, pairs, strict=True)
     )
     tracked = sum(float(arm.series.travelled.max(initial=0.0)) for arm in arms)
+    contact = centre - tip.radius * normal
     length = float((origin - centre) @ plan.normal)
-    beside = np.linalg.norm(origin - length * plan.normal - centre)
+    aside = origin - contact
+    beside = np.linalg.norm(aside - (aside @ plan.normal) * plan.normal)
     way = np.stack([origin, origin - length * plan.normal]) if length > 5.0 * beside else None
     return Touch(
         plan.number,
-        centre - tip.radius * normal,
+        contact,
         plan.normal,
         contours,
         TouchStatus.TOUCHED,
@@ -91,3 +98,34 @@ def _contour(centre, normal, plane: SamplingPlane, ahead: Arm, behind: Arm, tip:
     # All planes of a touch meet at its contact.
     own = SamplingPlane(centre - tip.radius * normal, plane.normal)
     return Contour(points, own, noise or tip.sample_std(1), ends, normals)
+
+
+def of_centres(touch: Touch, radius: float) -> Touch:
+    """A touch of contacts with normals as that of the centres of a ball, each contour in the plane
+    in which its centres lay."""
+    if touch.status is not TouchStatus.TOUCHED:
+        way = touch.way
+        if way is not None:
+            way = np.stack([way[0], way[1] + radius * touch.approach])
+        return replace(touch, way=way, tip_radius=radius)
+    first = touch.contours[0]
+    at = int(((first.points - touch.contact) ** 2).sum(axis=1).argmin())
+    assert first.normals is not None
+    contact = first.points[at] + radius * first.normals[at]
+    contours = tuple(_in_its_plane(contour, contact, radius) for contour in touch.contours)
+    return replace(touch, contact=contact, contours=contours, tip_radius=radius)
+
+
+def _in_its_plane(contour: Contour, contact, radius: float) -> Contour:
+    """The centres of a contour, in the best plane through the contact (3,): that which is stated
+    where they are nearly straight."""
+    assert contour.normals is not None
+    centres = contour.points + radius * contour.normals
+    stated, offset = contour.plane.normal, centres - contact
+    _, spread, axes = np.linalg.svd(offset, full_matrices=False)
+    own = axes[-1] * np.sign(axes[-1] @ stated)
+    bends = len(spread) == 3 and spread[1] > _BENDS * np.sqrt(len(centres)) * contour.noise_std
+    normal = own if bends and own @ stated > _LIKE else stated
+    # The position across the plane is controlled: what is left of it there is no noise.
+    centres = centres - (offset @ normal)[:, None] * normal
+    return replace(contour, points=centres, plane=SamplingPlane(contact, normal), normals=None)

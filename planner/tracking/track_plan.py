@@ -6,7 +6,7 @@ from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import ContourEnd
 from touchatlas.planner.probe_plan import ProbePlan
-from touchatlas.planner.tracking.arms import Arm, touch_of, untracked
+from touchatlas.planner.tracking.arms import Arm, of_centres, touch_of, untracked
 from touchatlas.planner.tracking.going import arrives
 from touchatlas.planner.tracking.hybrid_control import (
     ControlState,
@@ -28,6 +28,7 @@ def track_plan(
     tip: Tip = Tip(),
     options: TrackingOptions = TrackingOptions(),
     arms: list[Arm] | None = None,
+    normals: bool = True,
 ) -> Touch:
     """Carry out a plan with a machine that scans.
 
@@ -39,23 +40,28 @@ def track_plan(
     options : TrackingOptions
     arms : list, optional
         Takes what came of each arm, in the order of the planes, forward before backward.
+    normals : bool
+        Whether the force tells the normals of the surface. Without them a touch holds centres, as
+        all touches of its atlas have to, and the plan is for the centre.
 
     Returns
     -------
     Touch
         Contacts with their normals, beside their planes: a ball whose centre stays in a plane meets
-        a surface that leans out of it beside the plane. Its way is that of the centre.
+        a surface that leans out of it beside the plane. Its way is that of the centre. Without
+        normals centres, in the planes in which they lay.
     """
-    origin, depth = plan.begin(tip.radius), plan.depth
+    radius = tip.radius if normals else 0.0
+    origin, depth = plan.begin(radius), plan.depth
     # A tip travels along plane normal x surface normal: each plane is gone through both ways.
-    normals = np.array([plane.normal for plane in plan.planes])
-    ways = np.stack([-normals, normals], axis=1).reshape(-1, 3)
+    across = np.array([plane.normal for plane in plan.planes])
+    ways = np.stack([-across, across], axis=1).reshape(-1, 3)
     tips, found, status = getattr(scanner, "tips", 1), [], TouchStatus.TOUCHED
     here = centre_of(scanner.read(), tip).reshape(-1, 3)[0]
-    way = plan.way_from(here, tip.radius)
+    way = plan.way_from(here, radius)
     travel = 0.0 if way is None else _length(np.vstack([here, way]))
     for first in range(0, len(ways), tips):
-        tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options)
+        tracker = _Tracker(scanner, plan, ways[first : first + tips], tip, options, radius)
         status = TouchStatus.UNREACHABLE
         if arrives(scanner, here, way):
             status = tracker.approach(origin, depth)
@@ -80,16 +86,18 @@ def track_plan(
     if arms is not None:
         arms += found
     shared = float(np.hypot(tip.radius_std, options.force / tip.stiffness * tip.stiffness_std))
-    return touch_of(plan, origin, depth, status, found, tip, travel, shared)
+    touch = touch_of(plan, origin, depth, status, found, tip, travel, shared)
+    return touch if normals else of_centres(touch, tip.radius)
 
 
 class _Tracker:
     """Some tips, side by side, on the arms of one plan; ``w`` (m, 3) are the normals of their
-    planes, ``start`` (m, 3) their centres at the contact."""
+    planes, ``start`` (m, 3) their centres at the contact. What is learned lies a ``below``, length,
+    under the centres: their radius, or nothing."""
 
-    def __init__(self, scanner: Scanner, plan: ProbePlan, w, tip, options) -> None:
+    def __init__(self, scanner: Scanner, plan: ProbePlan, w, tip, options, below: float) -> None:
         self._scanner, self._plan, self._w = scanner, plan, w
-        self._tip, self._options = tip, options
+        self._tip, self._options, self._below = tip, options, below
         self.start = np.tile(plan.reference_point, (len(w), 1))
         normal = plan.normal - (w @ plan.normal)[:, None] * w
         self._normal = normal / np.sqrt((normal * normal).sum(axis=1))[:, None]
@@ -164,7 +172,7 @@ class _Tracker:
             turned &= (first != 0.0).any(axis=1) & ~lost
             centre = centre_of(reading, self._tip)
             away = np.sqrt(((centre - self.start) ** 2).sum(axis=1))
-            contacts = centre - self._tip.radius * state.normal
+            contacts = centre - self._below * state.normal
             reasons = (
                 (self._over, ContourEnd.OVERLOAD),
                 (state.sought > options.search, ContourEnd.LOST_CONTACT),

@@ -47,9 +47,10 @@ class Feet:
             )
             return np.reshape(found[2], (-1, 3))
         if near is None:
-            return self._sought(centres)
-        # In contact the error falls by the radius times the curvature.
-        return self._on_surface(near + self._aside(centres, near))
+            guesses = self._on_surface(self._guesses.data[self._guesses.query(centres)[1]])
+            return self._sought(centres, guesses, 16)
+        # In contact one step is enough, unless the ball is larger than the surface is curved.
+        return self._sought(centres, near, 6, once=True)
 
     def distances(self, centres: np.ndarray) -> np.ndarray:
         """(n,) distances of centres (n, 3) from the surface, length, unsigned."""
@@ -92,18 +93,19 @@ class Feet:
             gone += gap
         return np.inf
 
-    def _sought(self, centres) -> np.ndarray:
-        """Feet (n, 3) of centres anywhere: from the nearest vertex of a mesh along the surface. A
-        whole step goes too far where the distance is more than the radius of curvature, so steps
-        that lead away are halved."""
-        feet = self._on_surface(self._guesses.data[self._guesses.query(centres)[1]])
+    def _sought(self, centres, feet, most: int, once: bool = False) -> np.ndarray:
+        """Feet (n, 3) of centres from places (n, 3) on the surface, by so many steps along it at
+        most, or until all have come nearer ``once``. A whole step goes too far where the distance
+        is more than the radius of curvature, so steps that lead away are halved."""
         share, least = np.ones(len(centres)), ((centres - feet) ** 2).sum(axis=1)
-        for _ in range(16):
+        for _ in range(most):
             tried = self._on_surface(feet + share[:, None] * self._aside(centres, feet))
             square = ((centres - tried) ** 2).sum(axis=1)
-            nearer = square < least
+            nearer = square <= least
             feet = np.where(nearer[:, None], tried, feet)
             least = np.minimum(square, least)
+            if once and nearer.all():
+                break
             share = np.where(nearer, np.minimum(1.0, 1.5 * share), 0.5 * share)
         return feet
 

@@ -7,7 +7,6 @@ from typing import Protocol
 import numpy as np
 
 from touchatlas.atlas import Touch
-from touchatlas.patch import Contour, SamplingPlane
 from touchatlas.planner import ProbePlan
 from touchatlas.planner.tracking.arms import Arm
 from touchatlas.planner.tracking.options import Tip, TrackingOptions, TriggerOptions
@@ -114,23 +113,11 @@ class ScanningProbe(MachineProbe):
     def __call__(self, plan: ProbePlan) -> Touch:
         """Approach along the planned normal, then track in every planned plane."""
         self.arms = []
-        touch = track_plan(self.machine, plan, self.tip, self.options, self.arms)
+        how = self.tip, self.options, self.arms, self._normals
+        touch = track_plan(self.machine, plan, *how)
         # Arms begin where the last touch left the tip, whatever was read there.
         self.machine.place(self.machine.position())
-        return touch if self._normals else of_centres(touch, self.tip.radius)
-
-
-def of_centres(touch: Touch, radius: float) -> Touch:
-    """A touch whose contacts have normals, as that of the centres of a ball, without them."""
-    contours = list[Contour]()
-    for contour in touch.contours:
-        assert contour.normals is not None
-        centres = contour.points + radius * contour.normals
-        nearest = ((contour.points - touch.contact) ** 2).sum(axis=1).argmin()
-        plane = SamplingPlane(centres[nearest], contour.plane.normal)
-        contours.append(replace(contour, points=centres, plane=plane, normals=None))
-    contact = contours[0].plane.point if contours else touch.contact
-    return replace(touch, contact=contact, contours=tuple(contours), tip_radius=radius)
+        return touch
 
 
 class TriggerProbe(MachineProbe):
@@ -168,6 +155,10 @@ class TriggerProbe(MachineProbe):
 _CERTIFICATES = {ARM: (0.05, 0.002, 0.01), "measuring": (0.01, 0.0005, 0.003)}
 
 
+# Least radius of a ball, in deviations of it.
+_LEAST = 5.0
+
+
 def machine_probe(
     obj: ImplicitObject | MeshObject,
     options: ProbeOptions,
@@ -193,6 +184,12 @@ def machine_probe(
     tip = Tip(stiffness_std=loose, radius_std=off, force_std=force).in_unit(millimetre)
     if options.radius is not None:
         tip = replace(tip, radius=options.radius)
+    if tip.radius < _LEAST * tip.radius_std:
+        raise ValueError(
+            f"--probe.radius is {tip.radius:g}, but this machine knows a radius to "
+            f"{tip.radius_std:.2g}; give {_LEAST * tip.radius_std:.2g} or more, or --probe.machine "
+            "measuring"
+        )
     radius = tip.radius + tip.radius_std * wide
     if options.name == SCANNING:
         tip = replace(tip, noise_std=noise)

@@ -25,7 +25,7 @@ from touchatlas.sim.folder.recorder import Recorder
 from touchatlas.sim.folder.run_folder import replace_run, write_settings
 from touchatlas.sim.folder.run_options import RunOptions, fit_scale
 from touchatlas.sim.look.frames import Frames
-from touchatlas.sim.machine.simulated_probe import probe_of
+from touchatlas.sim.machine.simulated_probe import probe_of, radius_of_centres
 from touchatlas.sim.run.conclusion import Conclusion
 from touchatlas.sim.run.interrupt import GRACE, Hold, held_interrupt, interrupt_of
 from touchatlas.sim.run.phases import Phases
@@ -87,6 +87,8 @@ def begin(options: RunOptions, obj, rng: np.random.Generator) -> tuple[Atlas, Pl
     """The empty atlas and the planner of a run whose options are complete."""
     assert options.noise is not None and options.tolerance is not None
     start, outward = obj.start()
+    # Of a probe that gives centres, plans are for these.
+    start = start + radius_of_centres(options.probe, obj) * outward
     scale = fit_scale(options.noise, obj.diagonal)
     atlas = Atlas(options.tolerance, options.atlas, scale)
     # One that knows the object, to compare others with.

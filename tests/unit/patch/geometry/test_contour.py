@@ -46,6 +46,16 @@ def test_contacts_reach_the_plane_in_their_tangent_planes():
     assert np.abs(np.linalg.norm(projected, axis=1) - 30.0).min() > 0.15
 
 
+def test_contacts_of_a_large_ball_may_lie_far_off_their_plane():
+    """As far as their normals lean: 40 r (n . w) of a ball of 40. Of another plane they are not."""
+    points, normals = _contacts_on_a_ball(tip=40.0, radius=3.0)
+    plane = SamplingPlane([0.0, 10.0, 0.0], ACROSS)
+    assert np.abs(points[:, 1] - 10.0).min() > 9.0
+    Contour(points, plane, 0.01, ENDS, normals)
+    with pytest.raises(ValueError, match="off their sampling plane"):
+        Contour(points, SamplingPlane([0.0, 10.0, 0.0], np.eye(3)[0]), 0.01, ENDS, normals)
+
+
 def _oblique_contours():
     """Contours of contacts of a tip of 6 on a ball of 30, about (0, 0, 30), in three planes that
     lean by 30 degrees from the normal there."""

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 from touchatlas.atlas import TouchStatus
+from touchatlas.atlas.check.faults import faults
 from touchatlas.patch import ContourEnd
-from touchatlas.planner import ProbePlan, Reading, Reason, Tip, TrackingOptions
+from touchatlas.planner import ProbePlan, Reading, Reason, Tip, TrackingOptions, explore
 from touchatlas.planner.plans import concurrent_planes
 from touchatlas.planner.tracking.track_plan import track_plan
-from touchatlas.sim import make_object
+from touchatlas.sim import RunOptions, make_object
 from touchatlas.sim.machine.beam_scanner import Beam, BeamScanner
 from touchatlas.sim.machine.feet import Feet
 from touchatlas.sim.machine.options import ProbeOptions
 from touchatlas.sim.machine.probes import machine_probe
+from touchatlas.sim.machine.simulated_probe import probe_of
+from touchatlas.sim.run.work import begin, random_streams
 
 BALL = make_object("sphere")
 FEET = Feet(BALL)
@@ -175,7 +178,8 @@ def test_a_place_without_surface_has_no_contact_and_a_way():
     beside, up = np.array([50.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
     touch = track_plan(scanner, plan_on(beside, up, np.array([1.0, 0.0, 0.0])))
     assert touch.status is TouchStatus.NO_CONTACT and not touch.contours
-    assert np.allclose(touch.way[:, :2], [50.0, 0.0]) and touch.way[1, 2] == -3.0
+    # The approach looks 5 below the place for contact, which is 2 below the centre.
+    assert np.allclose(touch.way[:, :2], [50.0, 0.0]) and touch.way[1, 2] == -5.0
 
 
 def test_an_approach_cannot_begin_inside():
@@ -211,16 +215,62 @@ def test_a_small_ball_goes_on_around_sharp_edges():
     assert (points[:, 2] < 28.0).sum() > 3
 
 
-def test_a_probe_without_normals_gives_the_centres_of_the_same_touch():
-    touches = []
-    for normals in (True, False):
-        options = ProbeOptions("scanning", normals=normals)
-        probe = machine_probe(BALL, options, 0.02, 1.0, np.random.default_rng(4))
-        touches.append(probe(plan_on(*BALL.start(), np.array([1.0, 0.0, 0.0]))))
-    contacts, centres = touches
-    assert (contacts.tip_radius, centres.tip_radius) == (0.0, 2.0)
-    for a, b in zip(contacts.contours, centres.contours, strict=True):
-        assert b.normals is None and np.allclose(b.points, a.points + 2.0 * a.normals)
-        # Centres are held in the plane.
-        assert np.abs((b.points - b.plane.point) @ b.plane.normal).max() < 0.1
-    assert np.linalg.norm(centres.contact) == pytest.approx(35.0, abs=0.1)
+def test_a_probe_without_normals_gives_centres_in_the_planes_in_which_they_lay():
+    """Centres are on a ball of 35 mm, as those of contacts with normals are, for a plan for the
+    centre."""
+    probe = machine_probe(
+        BALL, ProbeOptions("scanning", normals=False), 0.02, 1.0, np.random.default_rng(4)
+    )
+    top, up = BALL.start()
+    touch = probe(plan_on(top + 2.0 * up, up, np.array([1.0, 0.0, 0.0])))
+    assert touch.tip_radius == 2.0
+    for contour in touch.contours:
+        away = np.linalg.norm(contour.points, axis=1) - 35.0
+        assert contour.normals is None and np.abs(away).max() < 0.05
+        assert np.allclose((contour.points - touch.contact) @ contour.plane.normal, 0.0, atol=1e-9)
+    assert touch.way[1] == pytest.approx(touch.contact, abs=0.5)
+
+
+@pytest.mark.parametrize("radius", [12.0, 40.0])
+def test_a_ball_larger_than_a_surface_is_curved_rests_on_it(radius):
+    """A ball of 40 mm on the top of a bottle, whose rim has a radius of some millimetres: contacts
+    lie on the bottle, whatever the ball."""
+    bottle = make_object("bottle")
+    probe = machine_probe(
+        bottle, ProbeOptions("scanning", radius=radius), 0.02, 1.0, np.random.default_rng(5)
+    )
+    touch = probe(plan_on(*bottle.start(), np.array([1.0, 0.0, 0.0])))
+    assert touch.status is TouchStatus.TOUCHED
+    points = np.concatenate([contour.points for contour in touch.contours])
+    value, gradient = bottle.field.first_order(points)
+    assert np.abs(value / np.linalg.norm(gradient, axis=1)).max() < 0.15
+
+
+@pytest.mark.parametrize("normals", [True, False])
+def test_a_way_without_contact_passes_the_planned_place(normals):
+    """The lowest point of the ball, or its centre, where the touch is of centres."""
+    probe = machine_probe(
+        BALL,
+        ProbeOptions("scanning", radius=9.0, normals=normals),
+        0.02,
+        1.0,
+        np.random.default_rng(6),
+    )
+    beside = np.array([80.0, 0.0, 33.0])
+    touch = probe(plan_on(beside, np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])))
+    assert touch.status is TouchStatus.NO_CONTACT
+    assert touch.way[0][2] > 33.0 > touch.way[1][2]
+    assert touch.tip_radius == (0.0 if normals else 9.0)
+
+
+def test_a_sound_probe_without_normals_has_no_fault():
+    """Its centres lie beside the planned planes by what the control leaves."""
+    options = RunOptions(0.02, 0.1, probe=ProbeOptions("scanning", normals=False))
+    streams = random_streams(0)
+    atlas, planner = begin(options, BALL, streams[3])
+    probe = probe_of(options, BALL, streams[0])
+    for step in explore(atlas, planner, probe, 4):
+        assert step.touch.status is TouchStatus.TOUCHED
+        # The first plan is for the centre, too.
+        assert np.linalg.norm(step.plan.reference_point) == pytest.approx(35.0, abs=0.3)
+    assert not faults(atlas)
