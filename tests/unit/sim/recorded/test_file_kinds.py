@@ -24,369 +24,185 @@ SLOPES = [(p - [12, -3.5, 4]) * [1 / 40, 1 / 25, 0] + [0, 0, 1] for p in CURVES]
 NORMALS = [n / np.linalg.norm(n, axis=1, keepdims=True) for n in SLOPES]
 
 
-def rows(form, gap=()):
-    """Lines of all points by a format of curve, point, time, coordinates and normal."""
+def rows(form, gap=None):
+    """Lines of all points by a format of curve, point, time, coordinates and normal; ``gap`` is a
+    format of what stands before the curves after the first."""
     lines = []
     for k, (points, normals) in enumerate(zip(CURVES, NORMALS, strict=True)):
+        lines += [gap.format(k=k)] if gap is not None and k else []
         for i, (point, normal) in enumerate(zip(points, normals, strict=True)):
-            cells = dict(zip(("px", "py", "pz", "nx", "ny", "nz"), [*point, *normal], strict=True))
+            px, py, pz = place = [f"{x:.4f}" for x in point]
+            nx, ny, nz = [f"{x:.5f}" for x in normal]
+            cells = {"px": px, "py": py, "pz": pz, "p": point, "nx": nx, "ny": ny, "nz": nz}
+            cells |= {"mm": ",".join(place), "pose": " ".join(place), "semi": ";".join(place)}
             lines.append(form.format(k=k, i=i, j=25 * k + i, t=30 * k + 0.05 * i, **cells))
-        lines += list(gap) if k < 2 else []
     return lines
 
 
-MM, POSE = "{px:.4f},{py:.4f},{pz:.4f}", "{px:.4f} {py:.4f} {pz:.4f}"
-IJK = MM + ",{nx:.5f},{ny:.5f},{nz:.5f}"
-COMMA = [line.replace(".", ",") for line in rows("E{k};{i};" + IJK.replace(",", ";"))]
+def kind(form, words, unit="", head=None, gap=None, tail=None, change=("", "")):
+    """What is in a file, a unit that it says, and words of how it was read."""
+    parts = head, "\n".join(rows(form, gap)), tail
+    text = "\n".join(part for part in parts if part is not None)
+    return text.replace(*change) if change[0] else text, unit, words
 
-# What is in the file, a unit that it says, and words of how it was read.
+
+OPTITRACK = "Format Version,1.23,Length Units,Meters\n,,Tip,Tip,Tip\n,,Position,Position,Position"
+JOINTS, TCP = (" ".join(f"actual_{name}_{i}" for i in range(6)) for name in ("q", "TCP_pose"))
+FRANKA = "time, " + ", ".join(f"state.O_T_EE[{i}]" for i in range(16))
+ROS = [f"orientation.{axis}" for axis in "xyzw"]
+ROSTOPIC = ",".join(f"field.pose.{n}" for n in (*(f"position.{axis}" for axis in "xyz"), *ROS))
+ECHO = "pose:\n  position:\n    x: {px}\n    y: {py}\n    z: {pz}\n"
+ECHO += "  orientation:\n    x: 0.0\n    y: 0.0\n    z: 0.0\n    w: 1.0\n---"
+EUROC = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+EUROC += "q_RS_z []"
+PCD = "# .PCD v.7\nVERSION .7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\n"
+PCD += "TYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nDATA ascii"
+PTX = "25\n3\n" + "1 0 0\n" * 4 + "1 0 0 0\n" * 3 + "1 0 0 0"
+FANUC = "P[1] {{\nUF : 6, UT : 5,\nX = {px} mm, Y = {py} mm, Z = {pz} mm,\n"
+FANUC += "W = 0.0 deg, P = 0.0 deg, R = 0.0 deg"
+RAPID = (
+    "CONST robtarget p{j}:=[[{mm}],[1,0,0,0],[-1,0,-1,0],[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]];"
+)
+EDGES = [f"{i} {i + 1} 1 2" for i in range(24)]
+LINES = "\n".join(f"l {25 * k + i + 1} {25 * k + i + 2}" for k in range(3) for i in range(24))
+FAR = "frame,epoch,x,y,z,vx,vy,vz"
 KINDS = {
-    "bare": (rows(POSE), "", "by jumps"),
-    "blank lines": (rows(MM, [""]), "", "by empty lines"),
-    "double spaced": ([w for line in rows(MM) for w in (line, "")], "", "by jumps"),
-    "NaN": (["x,y,z", *rows(MM, ["NaN,NaN,NaN"])], "", "by lines of NaN"),
-    "comments": (rows(POSE, ["# next"]), "", "by lines of words"),
-    "trailing commas": (rows(MM + ","), "", "by jumps"),
-    "brackets": (rows("({px:.4f}, {py:.4f}, {pz:.4f})", [""]), "", "by empty lines"),
-    "minus sign": ([line.replace("-", "\u2212") for line in rows(MM)], "", "by jumps"),
-    "metadata": (
-        ["Device,LJ", "Unit,mm", "", "profile,X,Y,Z", *rows("{k}," + MM)],
-        "mm",
-        "profile",
+    "bare": kind("{pose}", "by jumps"),
+    "blank lines": kind("{mm}", "by empty lines", gap=""),
+    "double spaced": kind("{mm}\n", "by jumps"),
+    "NaN": kind("{mm}", "by lines of NaN", head="x,y,z", gap="NaN,NaN,NaN"),
+    "comments": kind("{pose}", "by lines of words", gap="# next"),
+    "trailing commas": kind("{mm},", "by jumps"),
+    "brackets": kind("({px}, {py}, {pz})", "by empty lines", gap=""),
+    "minus sign": kind("{mm}", "by jumps", change=("-", "\u2212")),
+    "metadata": kind("{k},{mm}", "profile", "mm", "Device,LJ\nUnit,mm\n\nprofile,X,Y,Z"),
+    "counter": kind("{j} {pose}", "ignored: column 1"),
+    "time": kind("{t:.2f},{mm}", "time is column 1"),
+    "point names": kind("S{k}.{i};{semi}", "without", head="Name;X;Y;Z"),
+    "English": kind("F{k},{mm}", "Feature", head="Feature,X Actual,Y Actual,Z Actual"),
+    "German": kind(
+        *("E{k};{i};{semi};{nx};{ny};{nz}", "column Element"),
+        head="Element;Pkt;X-Wert;Y-Wert;Z-Wert;Nx;Ny;Nz",
+        change=(".", ","),
     ),
-    "counter": (rows("{j} " + POSE), "", "ignored: column 1"),
-    "time": (rows("{t:.2f}," + MM), "", "time is column 1"),
-    "point names": (["Name;X;Y;Z", *rows("S{k}.{i};" + MM.replace(",", ";"))], "", "without"),
-    "English": (["Feature,X Actual,Y Actual,Z Actual", *rows("F{k}," + MM)], "", "Feature"),
-    "German": (["Element;Pkt;X-Wert;Y-Wert;Z-Wert;Nx;Ny;Nz", *COMMA], "", "column Element"),
-    "French": (
-        [
-            "Courbe;Coordonnée X (mm);Coordonnée Y (mm);Coordonnée Z (mm)",
-            *rows("{k};" + MM.replace(",", ";")),
-        ],
-        "mm",
-        "Courbe",
+    "French": kind(
+        *("{k};{semi}", "Courbe", "mm"),
+        head="Courbe;Coordonnée X (mm);Coordonnée Y (mm);Coordonnée Z (mm)",
     ),
-    "Italian": (
-        [
-            "Curva;X misurato;Y misurato;Z misurato;X teorico;Y teorico;Z teorico",
-            *rows("{k};" + MM.replace(",", ";") + ";1;2;{i}"),
-        ],
-        "",
-        "X misurato",
+    "Italian": kind(
+        *("{k};{semi};1;2;{i}", "X misurato"),
+        head="Curva;X misurato;Y misurato;Z misurato;X teorico;Y teorico;Z teorico",
     ),
-    "Spanish": (
-        ["Perfil;Coordenada X;Coordenada Y;Coordenada Z", *rows("P{k};" + MM.replace(",", ";"))],
-        "",
-        "Perfil",
+    "Spanish": kind("P{k};{semi}", "Perfil", head="Perfil;Coordenada X;Coordenada Y;Coordenada Z"),
+    "Japanese": kind("{k},{mm}", "曲線", head="曲線,X座標,Y座標,Z座標"),
+    "nominal and actual": kind(
+        "S{k};1;2;{i};{semi}", "Xact", head="S;Xnom;Ynom;Znom;Xact;Yact;Zact"
     ),
-    "Japanese": (["曲線,X座標,Y座標,Z座標", *rows("{k}," + MM)], "", "曲線"),
-    "nominal and actual": (
-        ["S;Xnom;Ynom;Znom;Xact;Yact;Zact", *rows("S{k};1;2;{i};" + MM.replace(",", ";"))],
-        "",
-        "Xact",
+    "target": kind("1,2,{i},{mm},{k}", "line", head="target_x,target_y,target_z,x,y,z,line"),
+    "DMIS": kind(
+        *("PTMEAS/CART,{mm},{nx},{ny},{nz}", "words", "mm", "UNITS/MM,ANGDEC\nMEAS/GCURVE,F(A),25"),
+        gap="ENDMES\nMEAS/GCURVE,F(B),25",
     ),
-    "target": (
-        ["target_x,target_y,target_z,x,y,z,line", *rows("1,2,{i}," + MM + ",{k}")],
-        "",
-        "line",
+    "PC-DMIS": kind("THEO/<1,2,3>,<0,0,1>\nACTL/<{mm}>,<{nx},{ny},{nz}>", "ACTL/"),
+    "grbl": kind("G38.2 Z-9\n[PRB:{mm}:1]\nok", "PRB"),
+    "PROBEOPEN": kind("{pose}" + " 0.0" * 6, "by jumps"),
+    "G-code": kind("G1 X{px} Y{py} Z{pz}", "G-code", "mm", head="G21", gap="G0 Z90"),
+    "rostopic": kind("{t:.2f},{mm},0,0,0,1", "position.x", "m", head=f"%time,{ROSTOPIC}"),
+    "ros2 csv": kind("17000,{i},base,{mm},0.0,0.0,0.0,1.0", "column 4, column 5", "m"),
+    "ros2 echo": kind(ECHO, "x:, y:, z:"),
+    "JSON lines": kind('{{"t": {t:.2f}, "x": {px}, "y": {py}, "z": {pz}}}', "x, y, z"),
+    "TUM": kind("{t:.2f} {pose} 0 0 0 1", "tx", "m", "# timestamp tx ty tz qx qy qz qw"),
+    "EuRoC": kind("{t:.2f},{mm},1,0,0,0", "p_RS_R_x", "m", head=EUROC),
+    "KITTI": kind("1 0 0 {px} 0 1 0 {py} 0 0 1 {pz}", "column 4, column 8", "m"),
+    "RTDE": kind(
+        *("{t:.2f} 1 2 3 4 5 6 {pose} 0 3.1 0", "actual_TCP_pose_0", "m"),
+        head=f"timestamp {JOINTS} {TCP}",
     ),
-    "DMIS": (
-        [
-            "UNITS/MM,ANGDEC",
-            "MEAS/GCURVE,F(A),25",
-            *rows("PTMEAS/CART," + IJK, ["ENDMES", "MEAS/GCURVE,F(B),25"]),
-        ],
-        "mm",
-        "words",
+    "libfranka": kind("{t:.2f},1,0,0,0,0,1,0,0,0,0,1,0,{mm},1", "O_T_EE[12]", "m", head=FRANKA),
+    "Motive": kind("{j},{t:.2f},{mm}", "X, Y, Z", "m", f"{OPTITRACK}\nFrame,Time (Seconds),X,Y,Z"),
+    "Qualisys": kind(
+        *("{j}\t{t:.2f}\t{px}\t{py}\t{pz}", "Tip X", ""),
+        head="NO_OF_FRAMES\t75\nMARKER_NAMES\tTip\nFrame\tTime\tTip X\tTip Y\tTip Z",
     ),
-    "PC-DMIS": (
-        [
-            w
-            for line in rows(MM + ">,<{nx:.5f},{ny:.5f},{nz:.5f}")
-            for w in ("THEO/<1,2,3>,<0,0,1>", f"ACTL/<{line}>")
-        ],
-        "",
-        "ACTL/",
+    "tracker": kind(
+        *("{j},OK,1,0,0,0,{mm},0.2", "State calls failed"),
+        head="Frame,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error",
+        tail="99,MISSING,0,0,0,0,0,0,0,0",
     ),
-    "grbl": ([w for line in rows(MM) for w in ("G38.2 Z-9", f"[PRB:{line}:1]", "ok")], "", "PRB"),
-    "PROBEOPEN": (rows(POSE + " 0.0" * 6), "", "by jumps"),
-    "G-code": (["G21", *rows("G1 X{px:.4f} Y{py:.4f} Z{pz:.4f}", ["G0 Z90"])], "mm", "G-code"),
-    "rostopic": (
-        [
-            "%time,field.pose.position.x,field.pose.position.y,field.pose.position.z,"
-            "field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,"
-            "field.pose.orientation.w",
-            *rows("{t:.2f}," + MM + ",0,0,0,1"),
-        ],
-        "m",
-        "position.x",
+    "PCD": kind(
+        *("{pose} {nx} {ny} {nz}", "normals of the surface"),
+        head=PCD,
     ),
-    "ros2 csv": (rows("17000,{i},base," + MM + ",0.0,0.0,0.0,1.0"), "m", "column 4, column 5"),
-    "ros2 echo": (
-        [
-            w
-            for line in rows(POSE)
-            for w in (
-                "pose:",
-                "  position:",
-                *(f"    {a}: {c}" for a, c in zip("xyz", line.split(), strict=True)),
-                "  orientation:",
-                "    x: 0.0",
-                "    y: 0.0",
-                "    z: 0.0",
-                "    w: 1.0",
-                "---",
-            )
-        ],
-        "",
-        "x:, y:, z:",
+    "PTS": kind("{pose} 12 200 201 202", "column 1, column 2", head="75"),
+    "CloudCompare": kind("{mm},{k:.6f}", "cloud_index", head="//X,Y,Z,Original_cloud_index"),
+    "OBJ": kind("v {pose}", "ending .obj", tail=LINES),
+    "Heidenhain": kind(
+        *("{j} L X{p[0]:+.4f} Y{p[1]:+.4f} Z{p[2]:+.4f} R0 F500", "X, Y, Z", "mm"),
+        head="BEGIN PGM 1 MM",
     ),
-    "JSON lines": (
-        rows('{{"t": {t:.2f}, "x": {px:.4f}, "y": {py:.4f}, "z": {pz:.4f}}}'),
-        "",
-        "x, y, z",
+    "KUKA": kind("{{X {px},Y {py},Z {pz},A 0,B 0,C 180}}", "after x, y, z"),
+    "Fanuc": kind("P[{j}]{{ X = {px} mm, Y = {py} mm, Z = {pz} mm }};", "after x", "mm"),
+    "ABB": kind("[[{mm}],[1,0,0,0]]", "column 1, column 2, column 3", "m"),
+    "JSON list": ("[" + ",".join(rows("[{mm}]")) + "]", "", "by jumps"),
+    "XML": kind('<p x="{px}" y="{py}" z="{pz}"/>', "after x", head="<p>", tail="</p>"),
+    "units in cells": kind("{px} mm,{py} mm,{pz} mm", "after each", "mm", head="x,y,z"),
+    "Fortran": kind("{p[0]:.9e} {p[1]:.9e} {p[2]:.9e}", "jumps", change=("e", "D")),
+    "PTX": kind("{pose} 0.5", "column 4", head=PTX),
+    "nines": kind(
+        *("{mm}", "left out: 2 without coordinates"), head="x,y,z", gap="-9999,-9999,-9999"
     ),
-    "TUM": (["# timestamp tx ty tz qx qy qz qw", *rows("{t:.2f} " + POSE + " 0 0 0 1")], "m", "tx"),
-    "EuRoC": (
-        [
-            "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
-            "q_RS_y [], q_RS_z []",
-            *rows("{t:.2f}," + MM + ",1,0,0,0"),
-        ],
-        "m",
-        "p_RS_R_x",
+    "status": kind(
+        "{j};{semi};OK", "Status calls failed", head="Punkt;X;Y;Z;Status", tail="99;0;0;0;Fehler"
     ),
-    "KITTI": (rows("1 0 0 {px:.4f} 0 1 0 {py:.4f} 0 0 1 {pz:.4f}"), "m", "column 4, column 8"),
-    "RTDE": (
-        [
-            "timestamp "
-            + " ".join(f"actual_q_{i}" for i in range(6))
-            + " "
-            + " ".join(f"actual_TCP_pose_{i}" for i in range(6)),
-            *rows("{t:.2f} 1 2 3 4 5 6 " + POSE + " 0 3.1 0"),
-        ],
-        "m",
-        "actual_TCP_pose_0",
+    "Fanuc program": kind(
+        *(FANUC, "after x, y, z", "mm"),
+        head="\n".join(["/PROG  A", "/MN", *rows("{j}: L P[{j}] 60cm/min CNT100 ;"), "/POS"]),
     ),
-    "libfranka": (
-        [
-            "time, " + ", ".join(f"state.O_T_EE[{i}]" for i in range(16)),
-            *rows("{t:.2f},1,0,0,0,0,1,0,0,0,0,1,0," + MM + ",1"),
-        ],
-        "m",
-        "O_T_EE[12]",
+    "RAPID program": kind(
+        *(RAPID, "robtarget", "mm", "MODULE A"), tail="\n".join(rows("MoveL p{j},v100,z1,tool0;"))
     ),
-    "Motive": (
-        [
-            "Format Version,1.23,Length Units,Meters",
-            ",,Tip,Tip,Tip",
-            ",,Position,Position,Position",
-            "Frame,Time (Seconds),X,Y,Z",
-            *rows("{j},{t:.2f}," + MM),
-        ],
-        "m",
-        "X, Y, Z",
+    "KUKA program": kind(
+        *("LIN {{X {px},Y {py},Z {pz},A 0.0,B 90.0,C 0.0,E1 0}} C_DIS", "by lines of words", ""),
+        *("DEF A ( )", "PTP {{A1 0.0, A2 -90.0, A3 90.0}}"),
     ),
-    "Qualisys": (
-        [
-            "NO_OF_FRAMES\t75",
-            "MARKER_NAMES\tTip",
-            "Frame\tTime\tTip X\tTip Y\tTip Z",
-            *rows("{j}\t{t:.2f}\t" + MM.replace(",", "\t")),
-        ],
-        "",
-        "Tip X",
+    "APT": kind(
+        *("GOTO/ {px}, {py}, {pz}, {nx}, {ny}, {nz}", "normals of the surface", "mm"),
+        *("PARTNO/A\nUNITS/MM", "RAPID"),
     ),
-    "tracker": (
-        [
-            "Frame,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error",
-            *rows("{j},OK,1,0,0,0," + MM + ",0.2"),
-            "99,MISSING,0,0,0,0,0,0,0,0",
-        ],
-        "",
-        "State calls failed",
-    ),
-    "PCD": (
-        [
-            "# .PCD v.7",
-            "VERSION .7",
-            "FIELDS x y z normal_x normal_y normal_z",
-            "SIZE 4 4 4 4 4 4",
-            "TYPE F F F F F F",
-            "COUNT 1 1 1 1 1 1",
-            "DATA ascii",
-            *rows(IJK.replace(",", " ")),
-        ],
-        "",
+    "Klipper": kind("21:09:48\n// probe at {px},{py} is z={pz}", "probe at"),
+    "Marlin": kind("X:{px} Y:{py} Z:{pz} E:0.0 Count 0 2743 1830\nok", "after x, y, z"),
+    "SmartElectrode": kind(
+        "P{j}, X={px}, Y={py}, Z={pz}, I={nx}, J={ny}, K={nz}",
         "normals of the surface",
     ),
-    "PTS": (["75", *rows(POSE + " 12 200 201 202")], "", "column 1, column 2"),
-    "CloudCompare": (["//X,Y,Z,Original_cloud_index", *rows(MM + ",{k:.6f}")], "", "cloud_index"),
-    "OBJ": (
-        rows("v " + POSE)
-        + [f"l {25 * k + i + 1} {25 * k + i + 2}" for k in range(3) for i in range(24)],
-        "",
-        "ending .obj",
-    ),
-    "Heidenhain": (
-        ["BEGIN PGM 1 MM", *rows("{j} L X{px:+.4f} Y{py:+.4f} Z{pz:+.4f} R0 F500")],
-        "mm",
-        "X, Y, Z",
-    ),
-    "KUKA": (rows("{{X {px:.4f},Y {py:.4f},Z {pz:.4f},A 0,B 0,C 180}}"), "", "after x, y, z"),
-    "Fanuc": (
-        rows("P[{j}]{{ X = {px:.4f} mm, Y = {py:.4f} mm, Z = {pz:.4f} mm }};"),
-        "mm",
-        "after x",
-    ),
-    "ABB": (rows("[[{px:.4f},{py:.4f},{pz:.4f}],[1,0,0,0]]"), "m", "column 1, column 2, column 3"),
-    "JSON list": ([f"[{','.join(rows('[{px:.4f},{py:.4f},{pz:.4f}]'))}]"], "", "by jumps"),
-    "XML": (["<p>", *rows('<p x="{px:.4f}" y="{py:.4f}" z="{pz:.4f}"/>'), "</p>"], "", "after x"),
-    "units in cells": (["x,y,z", *rows("{px:.4f} mm,{py:.4f} mm,{pz:.4f} mm")], "mm", "after each"),
-    "Fortran": (
-        [line.replace("e", "D") for line in rows("{px:.9e} {py:.9e} {pz:.9e}")],
-        "",
-        "jumps",
-    ),
-    "PTX": (["25", "3", *["1 0 0"] * 4, *["1 0 0 0"] * 4, *rows(POSE + " 0.5")], "", "column 4"),
-    "nines": (["x,y,z", *rows(MM, ["-9999,-9999,-9999"])], "", "left out: 2 without coordinates"),
-    "status": (
-        ["Punkt;X;Y;Z;Status", *rows("{j};" + MM.replace(",", ";") + ";OK"), "99;0;0;0;Fehler"],
-        "",
-        "Status calls failed",
-    ),
-    "Fanuc program": (
-        [
-            "/PROG  A",
-            "/MN",
-            *rows("{j}: L P[{j}] 60cm/min CNT100 ;"),
-            "/POS",
-            *(
-                w
-                for line in rows("X = {px:.4f} mm, Y = {py:.4f} mm, Z = {pz:.4f} mm,")
-                for w in (
-                    "P[1] {",
-                    "UF : 6, UT : 5,",
-                    line,
-                    "W = 0.0 deg, P = 0.0 deg, R = 0.0 deg",
-                )
-            ),
-        ],
-        "mm",
-        "after x, y, z",
-    ),
-    "RAPID program": (
-        [
-            "MODULE A",
-            *rows(
-                "CONST robtarget p{j}:=[[{px:.4f},{py:.4f},{pz:.4f}],[1,0,0,0],[-1,0,-1,0],"
-                "[9E+09,9E+09,9E+09,9E+09,9E+09,9E+09]];"
-            ),
-            *rows("MoveL p{j},v100,z1,tool0;"),
-        ],
-        "mm",
-        "robtarget",
-    ),
-    "KUKA program": (
-        [
-            "DEF A ( )",
-            *rows(
-                "LIN {{X {px:.4f},Y {py:.4f},Z {pz:.4f},A 0.0,B 90.0,C 0.0,E1 0}} C_DIS",
-                ["PTP {A1 0.0, A2 -90.0, A3 90.0}"],
-            ),
-        ],
-        "",
-        "by lines of words",
-    ),
-    "APT": (
-        ["PARTNO/A", "UNITS/MM", *rows("GOTO/ " + IJK.replace(",", ", "), ["RAPID"])],
-        "mm",
-        "normals of the surface",
-    ),
-    "Klipper": (
-        [
-            w
-            for line in rows("// probe at {px:.4f},{py:.4f} is z={pz:.4f}")
-            for w in ("21:09:48", line)
-        ],
-        "",
-        "probe at",
-    ),
-    "Marlin": (
-        [
-            w
-            for line in rows("X:{px:.4f} Y:{py:.4f} Z:{pz:.4f} E:0.0 Count 0 2743 1830")
-            for w in (line, "ok")
-        ],
-        "",
-        "after x, y, z",
-    ),
-    "SmartElectrode": (
-        rows("P{j}, X={px:.4f}, Y={py:.4f}, Z={pz:.4f}, I={nx:.5f}, J={ny:.5f}, K={nz:.5f}"),
-        "",
-        "normals of the surface",
-    ),
-    "SpatialAnalyzer": (
-        ["// SA 2026", *rows("A Scan{k} p{i} " + POSE)],
-        "",
-        "curves by column 2",
-    ),
-    "tcp in mm": (
-        [
-            "elapsed_sec,tcp_x_mm,tcp_y_mm,tcp_z_mm,tcp_ox,tcp_oy,tcp_oz",
-            *rows("{t:.3f}," + MM + ",0,0,1"),
-        ],
-        "mm",
-        "tcp_x_mm",
+    "SpatialAnalyzer": kind("A Scan{k} p{i} {pose}", "curves by column 2", head="// SA 2026"),
+    "tcp in mm": kind(
+        *("{t:.3f},{mm},0,0,1", "tcp_x_mm", "mm"),
+        head="elapsed_sec,tcp_x_mm,tcp_y_mm,tcp_z_mm,tcp_ox,tcp_oy,tcp_oz",
     ),
     "JSON objects": (
-        [
-            "["
-            + ",".join(rows('{{"x":{px:.4f},"y":{py:.4f},"z":{pz:.4f},"roll":-2.8,"yaw":0.1}}'))
-            + "]"
-        ],
-        "",
-        "after x, y, z",
+        "[" + ",".join(rows('{{"x":{px},"y":{py},"z":{pz},"roll":-2.8,"yaw":0.1}}')) + "]",
+        *("", "after x, y, z"),
     ),
-    "frames": (
-        [
-            w
-            for k in range(3)
-            for w in (f"# frame {k}", "x,y,z", *rows(MM)[25 * k : 25 * k + 25], "")
-        ],
-        "",
-        "by empty lines",
-    ),
-    "spacecraft": (
-        [
-            "frame,epoch,x,y,z,vx,vy,vz",
-            *rows("J2000,2026-11-28T00:00:{t:06.3f} UTC," + MM + ",1,2,3"),
-        ],
-        "",
-        "x, y, z are x, y, z",
+    "frames": kind("{mm}", "by empty lines", "", "# frame 0\nx,y,z", "\n# frame {k}\nx,y,z", ""),
+    "spacecraft": kind(
+        "J2000,2026-11-28T00:00:{t:06.3f} UTC,{mm},1,2,3", "x, y, z are x, y, z", head=FAR
     ),
     "cross-sections": (
-        ["3"]
-        + [
-            w
+        "3\n"
+        + "\n".join(
+            f"{-np.sin(np.pi / 3 * k):.6f} {np.cos(np.pi / 3 * k):.6f} 0 1\n25 24\n"
+            + "\n".join([*rows("{pose}")[25 * k : 25 * k + 25], *EDGES])
             for k in range(3)
-            for w in (
-                f"{-np.sin(np.pi / 3 * k):.6f} {np.cos(np.pi / 3 * k):.6f} 0 1",
-                "25 24",
-                *rows(POSE)[25 * k : 25 * k + 25],
-                *(f"{i} {i + 1} 1 2" for i in range(24)),
-            )
-        ],
-        "",
-        "planes",
+        ),
+        *("", "planes"),
     ),
 }
 
 
 def written(tmp_path, kind):
     path = tmp_path / f"r.{kind.lower() if kind in ('OBJ', 'PTX') else 'txt'}"
-    path.write_text("\n".join(KINDS[kind][0]) + "\n", encoding="utf-8")
+    path.write_text(KINDS[kind][0] + "\n", encoding="utf-8")
     return path
 
 
@@ -412,7 +228,7 @@ def file(tmp_path):
     return write
 
 
-NAMED = rows("{k}," + IJK)
+NAMED = rows("{k},{mm},{nx},{ny},{nz}")
 HEADER = "curve,x,y,z,nx,ny,nz"
 
 
@@ -421,11 +237,11 @@ def test_vectors_are_told_apart_by_how_the_curves_lie_to_them(file):
     assert all(curve.exact and curve.normal is None for curve in normals.curves)
     # Five decimals.
     assert normals.curves[1].outward == pytest.approx(NORMALS[1], abs=2e-5)
-    sides = read_curves(file(HEADER, *rows("{k}," + MM + ",0,0,2")))
+    sides = read_curves(file(HEADER, *rows("{k},{mm},0,0,2")))
     assert not any(curve.exact for curve in sides.curves)
     assert (sides.curves[0].outward == [0.0, 0.0, 1.0]).all()
     across = [f"{-np.sin(a):.6f},{np.cos(a):.6f},0" for a in np.pi / 3 * np.arange(3)]
-    lines = [f"{line},{across[i // 25]}" for i, line in enumerate(rows("{k}," + MM))]
+    lines = [f"{line},{across[i // 25]}" for i, line in enumerate(rows("{k},{mm}"))]
     planes = read_curves(file(HEADER, *lines))
     assert all(curve.outward is None for curve in planes.curves)
     assert planes.curves[2].normal == pytest.approx([-np.sin(2.0944), -0.5, 0.0], abs=1e-4)
@@ -442,11 +258,9 @@ def test_normals_of_a_flat_face_are_no_planes_and_slices_have_planes(file):
 def test_vectors_tell_the_outer_side(file):
     inward = [
         line.replace(f",{n[2]:.5f}", f",{-n[2]:.5f}")
-        for line, n in zip(
-            rows("{k}," + MM + ",0,0,{nz:.5f}"), np.concatenate(NORMALS), strict=True
-        )
+        for line, n in zip(rows("{k},{mm},0,0,{nz}"), np.concatenate(NORMALS), strict=True)
     ]
-    for lines, up in ((rows("{k}," + MM + ",0,0,{nz:.5f}"), 1.0), (inward, -1.0)):
+    for lines, up in ((rows("{k},{mm},0,0,{nz}"), 1.0), (inward, -1.0)):
         report = fit_file(file(HEADER, *lines))
         assert report.patch.frame.normal[2] * up > 0.99
         assert "outward side assumed" not in report.flags
@@ -477,7 +291,7 @@ def test_a_tip_is_taken_off_along_the_normals(file, given):
 
 def test_failed_points_are_left_out_and_counted(file):
     for name, good, bad in (("hit", "1", "0"), ("State", "OK", "MISSING"), ("fail", "no", "yes")):
-        lines = rows("{k}," + MM + f",{good}")
+        lines = rows(f"{{k}},{{mm}},{good}")
         lines[3] = f"0,12,-3.5,-90,{bad}"
         found = read_curves(file(f"curve,x,y,z,{name}", *lines))
         assert [len(c.points) for c in found.curves] == [24, 25, 25]
@@ -485,7 +299,7 @@ def test_failed_points_are_left_out_and_counted(file):
 
 
 def test_columns_can_be_said_by_number_and_by_name(file):
-    path = file("a,b,c,d,e", *rows("{k},7," + MM))
+    path = file("a,b,c,d,e", *rows("{k},7,{mm}"))
     for said in ("x=3,y=4,z=5,curve=1", "x=c, y=d, z=e, curve=a"):
         found = read_curves(path, ReadOptions(columns=said, unit="mm"))
         assert [len(c.points) for c in found.curves] == [25] * 3 and found.unit == "mm"
@@ -570,7 +384,7 @@ def test_drawings_hold_curves_and_points(tmp_path):
 def test_clouds_of_ply_files_keep_their_normals(tmp_path):
     header = ["ply", "format ascii 1.0", "element vertex 75"]
     header += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
-    lines = [*header, "end_header", *rows(IJK.replace(",", " "))]
+    lines = [*header, "end_header", *rows("{pose} {nx} {ny} {nz}")]
     (tmp_path / "r.ply").write_text("\n".join(lines) + "\n")
     (cloud,) = read_curves(tmp_path / "r.ply").curves
     assert cloud.name == "" and cloud.exact
@@ -583,7 +397,7 @@ def test_clouds_of_ply_files_keep_their_normals(tmp_path):
 def test_scans_of_centres_say_their_tip(file):
     """The atlas takes the tip off, so points stay where they are, with or without normals."""
     tip = ReadOptions(tip_radius=1.5, systematic_std=0.01)
-    for header, lines in (("curve,x,y,z", rows("{k}," + MM)), (HEADER, NAMED)):
+    for header, lines in (("curve,x,y,z", rows("{k},{mm}")), (HEADER, NAMED)):
         found = read_scans([file(header, *lines)], options=tip)
         [scan] = found.scans
         assert (scan.tip_radius, scan.systematic_std) == (1.5, 0.01)
@@ -593,7 +407,7 @@ def test_scans_of_centres_say_their_tip(file):
 
 def test_poses_are_in_metres_unless_no_robot_reaches_so_far(file):
     names = "# timestamp tx ty tz qx qy qz qw"
-    near = read_curves(file(names, *rows("{t:.2f} " + POSE + " 0 0 0 1")))
+    near = read_curves(file(names, *rows("{t:.2f} {pose} 0 0 0 1")))
     assert near.unit == "m" and "metres, as poses of robots are in" in near.how
-    far = read_curves(file(names, *rows("{t:.2f} 5{px:.4f} {py:.4f} {pz:.4f} 0 0 0 1")))
+    far = read_curves(file(names, *rows("{t:.2f} 5{pose} 0 0 0 1")))
     assert far.unit == ""
