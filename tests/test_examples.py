@@ -18,7 +18,7 @@ from touchatlas.sim.world.mesh_file import load_mesh
 EXAMPLES = Path(__file__).parent.parent / "examples"
 # Small stand-ins for the arguments that a reader would give.
 ARGUMENTS = {
-    "edge_sweeps.py": ["step", "50"],
+    "low_steps.py": ["50"],
     "faces.py": ["wall:8"],
     "faults.py": ["none", "--bodies", "sphere", "--out", "faults.csv"],
     "forecast.py": ["sphere", "--workers", "1"],
@@ -28,7 +28,6 @@ ARGUMENTS = {
     "measurements.py": ["--check"],
     "large_part.py": ["--columns", "1", "--rows", "1", "--touches", "16", "--most", "8"],
     "method_pictures.py": ["method"],
-    "kill_and_resume.py": ["kills", "1", "1", "cap.ply:4"],
     "scan_and_touches.py": ["sphere"],
     "sections.py": ["cap.ply"],
     "speed.py": ["sphere:3", "--places", "6", "--cells", "8"],
@@ -51,12 +50,11 @@ def run_example(name: str, *arguments) -> str:
 
 # Examples that take four seconds to half a minute even with small arguments.
 LONG = {
-    "edge_sweeps.py",
+    "low_steps.py",
     "faults.py",
     "gallery.py",
     "guard.py",
     "jug.py",
-    "kill_and_resume.py",
     "large_part.py",
     "scan_and_touches.py",
     "sections.py",
@@ -93,7 +91,6 @@ def test_an_example_runs_in_a_process_of_its_own(tmp_path):
     [
         ("vase_and_mug.py", ["a file"], "a file is a file, or in one; give a folder"),
         ("vase_and_mug.py", ["a file/in"], "a file/in is a file, or in one; give a folder"),
-        ("kill_and_resume.py", ["a file"], "a file is a file, or in one; give a folder"),
         ("fuzz_files.py", ["1"], "fuzz is a file here, where inputs are kept; move it away"),
     ],
 )
