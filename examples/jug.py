@@ -10,13 +10,13 @@ mesh of the outside, rough by a fifth of a thousandth of its diagonal.
 import sys
 from pathlib import Path
 
-import igl
+sys.path.insert(0, str(Path(__file__).parent))
+
 import numpy as np
 import trimesh
+from vase_and_mug import meshed, write
 
 from touchatlas.sim.command.outcome import exit_code
-from touchatlas.sim.world.implicit_fields import Field
-from touchatlas.sim.world.level_set import newton_projection
 
 # The wall: radius at the bottom and at the top, and height; the rounding of all convex edges.
 BOTTOM, TOP, HEIGHT, ROUNDING = 48.0, 38.0, 160.0, 1.5
@@ -30,8 +30,6 @@ HALF, FOOT, OUT = 0.55, 120.0, 16.0
 FILLET, CELL = 3.0, 1.0
 # The roughness: its share of the diagonal, the length of its waves, and their number.
 ROUGHNESS, WAVE, WAVES = 2e-4, 6.0, 200
-# The step of the differences that give the slope of the field.
-STEP = 1e-4
 
 
 def rounded(*sides) -> np.ndarray:
@@ -91,38 +89,18 @@ def rough(points, rng: np.random.Generator) -> np.ndarray:
     return np.concatenate(heights) / np.sqrt(0.5 * WAVES)
 
 
-def slope(points) -> tuple[np.ndarray, np.ndarray]:
-    """The field (n,) and its gradient (n, 3) by central differences."""
-    steps = STEP * np.eye(3)
-    rise = [jug_field(points + step) - jug_field(points - step) for step in steps]
-    return jug_field(points), np.stack(rise, axis=1) / (2.0 * STEP)
-
-
 def jug(seed: int = 0) -> trimesh.Trimesh:
-    """The jug, by marching cubes (Lorensen and Cline 1987), Newton's steps and its roughness."""
-    margin = 2.0 * CELL
-    low = np.array([-BOTTOM - OUT, -BOTTOM, 0.0]) - margin
-    high = np.array([REACH + BAR, BOTTOM, HEIGHT + THICKNESS]) + margin
-    axes = [np.arange(a, b, CELL) + 0.123 * CELL for a, b in zip(low, high, strict=True)]
-    grid = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
-    values = np.concatenate([jug_field(block) for block in np.array_split(grid, 64)])
-    vertices, faces, _ = igl.marching_cubes(values, grid, *map(len, axes), 0.0)
-    vertices = newton_projection(Field(slope, slope), vertices)
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
-    heights = ROUGHNESS * diagonal * rough(vertices, np.random.default_rng(seed))
-    mesh.vertices = vertices + heights[:, None] * mesh.vertex_normals
+    """The jug with its roughness."""
+    low = np.array([-BOTTOM - OUT, -BOTTOM, 0.0]) - 2.0 * CELL
+    high = np.array([REACH + BAR, BOTTOM, HEIGHT + THICKNESS]) + 2.0 * CELL
+    mesh = meshed(jug_field, low, high, CELL)
+    heights = ROUGHNESS * mesh.scale * rough(mesh.vertices, np.random.default_rng(seed))
+    mesh.vertices += heights[:, None] * mesh.vertex_normals
     return mesh
 
 
 def main(folder: str = ".") -> None:
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        raise ValueError(f"{folder} is a file, or in one; give a folder") from None
-    mesh, path = jug(), Path(folder) / "jug.ply"
-    mesh.export(path)
-    print(f"{path}: {len(mesh.faces)} triangles, V - E + F = {mesh.euler_number}", flush=True)
+    write({"jug": jug()}, folder)
 
 
 if __name__ == "__main__":

@@ -15,8 +15,11 @@ It writes each as a PLY file of its name into a folder, in millimetres.
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent))
+
 import numpy as np
 import trimesh
+from vase_and_mug import write
 
 from touchatlas.sim.command.outcome import exit_code
 
@@ -117,14 +120,10 @@ def bodies() -> dict[str, trimesh.Trimesh]:
 
 
 def main(folder: str = ".") -> None:
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        raise ValueError(f"{folder} is a file, or in one; give a folder") from None
-    for name, mesh in bodies().items():
+    meshes = bodies()
+    for mesh in meshes.values():
         mesh.merge_vertices()
-        mesh.export(Path(folder) / f"{name}.ply")
-        print(f"{name}.ply: Euler characteristic {mesh.euler_number}")
+    write(meshes, folder)
 
 
 if __name__ == "__main__":

@@ -66,33 +66,42 @@ def mug_field(points) -> np.ndarray:
     return np.minimum(body, handle) - 0.25 * FILLET * near**2
 
 
-def slope(points) -> tuple[np.ndarray, np.ndarray]:
-    """The field (n,) and its gradient (n, 3) by central differences."""
-    steps = STEP * np.eye(3)
-    rise = [mug_field(points + step) - mug_field(points - step) for step in steps]
-    return mug_field(points), np.stack(rise, axis=1) / (2.0 * STEP)
-
-
-def mug() -> trimesh.Trimesh:
-    """The mug, by marching cubes (Lorensen and Cline 1987) and Newton's steps onto the surface."""
-    margin = MUG_WALL + CELL
-    low = np.array([-RADIUS, -RADIUS, 0.0]) - margin
-    high = np.array([RADIUS + ARC + TUBE, RADIUS, HEIGHT]) + margin
-    axes = [np.arange(a, b, CELL) + 0.123 * CELL for a, b in zip(low, high, strict=True)]
+def meshed(distance, low, high, cell: float) -> trimesh.Trimesh:
+    """The surface of a field (n, 3) to (n,) in a box, by marching cubes (Lorensen and Cline 1987)
+    and Newton's steps onto the surface, with slopes by central differences."""
+    axes = [np.arange(a, b, cell) + 0.123 * cell for a, b in zip(low, high, strict=True)]
     grid = np.stack(np.meshgrid(*axes[::-1], indexing="ij")[::-1], axis=-1).reshape(-1, 3)
-    vertices, faces, _ = igl.marching_cubes(mug_field(grid), grid, *map(len, axes), 0.0)
+    values = np.concatenate([distance(block) for block in np.array_split(grid, 64)])
+    vertices, faces, _ = igl.marching_cubes(values, grid, *map(len, axes), 0.0)
+
+    def slope(points) -> tuple[np.ndarray, np.ndarray]:
+        rise = [distance(points + s) - distance(points - s) for s in STEP * np.eye(3)]
+        return distance(points), np.stack(rise, axis=1) / (2.0 * STEP)
+
     return trimesh.Trimesh(newton_projection(Field(slope, slope), vertices), faces, process=False)
 
 
-def main(folder: str = ".") -> None:
+def mug() -> trimesh.Trimesh:
+    """The mug."""
+    margin = MUG_WALL + CELL
+    low, high = np.array([-RADIUS, -RADIUS, 0.0]), np.array([RADIUS + ARC + TUBE, RADIUS, HEIGHT])
+    return meshed(mug_field, low - margin, high + margin, CELL)
+
+
+def write(meshes: dict[str, trimesh.Trimesh], folder: str) -> None:
+    """Write meshes as PLY files of their names, and say what they are."""
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
         raise ValueError(f"{folder} is a file, or in one; give a folder") from None
-    for name, mesh in (("vase", vase()), ("mug", mug())):
+    for name, mesh in meshes.items():
         path = Path(folder) / f"{name}.ply"
         mesh.export(path)
         print(f"{path}: {len(mesh.faces)} triangles, V - E + F = {mesh.euler_number}", flush=True)
+
+
+def main(folder: str = ".") -> None:
+    write({"vase": vase(), "mug": mug()}, folder)
 
 
 if __name__ == "__main__":
