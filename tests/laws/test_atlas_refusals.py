@@ -83,47 +83,80 @@ def test_contours_that_miss_the_contact_are_refused():
     touch(short, [5 * NOISE, 0, 0])
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"points": [["a", "b", "c"]]}, "real numbers"),
-        ({"points": [[1, 2, 3], [1, 2]]}, "rows of equal length"),
-        ({"points": np.ones((5, 3)) * 1j}, "real numbers"),
-        ({"points": np.full((5, 3), np.nan)}, "NaN"),
-        ({"points": np.ones((5, 2))}, r"shape \(5, 2\)"),
-        ({"points": np.ones((0, 3))}, "empty"),
-        ({"plane": None}, "SamplingPlane"),
-        ({"noise_std": None}, "noise_std is None"),
-        ({"noise_std": "1"}, "noise_std is 1"),
-        ({"noise_std": -1.0}, "noise_std is -1"),
-        ({"noise_std": np.ones(2)}, "noise_std is"),
-        ({"ends": ("a", "b")}, "pair of ContourEnd"),
-        ({"ends": SOFT[:1]}, "pair of ContourEnd"),
-    ],
-)
-def test_contours_of_wrong_numbers_are_refused(changes, words):
-    with pytest.raises(ValueError, match=words):
-        replace(contours()[0], **changes)
+def with_contour(**changes):
+    return replace(contours()[0], **changes)
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"contours": None}, "tuple of Contour"),
-        ({"contours": (np.zeros((5, 3)),)}, "tuple of Contour"),
-        ({"contours": ()}, "has status TOUCHED, but no contours; give those that were tracked"),
-        ({"status": "touched"}, "TouchStatus"),
-        ({"status": TouchStatus.NO_CONTACT}, "has status NO_CONTACT, but 3 contours"),
-        ({"status": TouchStatus.UNREACHABLE}, "has status UNREACHABLE, but 3 contours"),
-        ({"tracked_length": np.nan}, "tracked_length is nan"),
-        ({"travel_length": -1.0}, "travel_length is -1"),
-        ({"approach": [0, 0, 2.0]}, "unit"),
-        ({"contact": [0, 0]}, "shape"),
-    ],
-)
-def test_touches_of_wrong_parts_are_refused(changes, words):
-    with pytest.raises(ValueError, match=words):
-        replace(touch(contours()), **changes)
+def with_touch(**changes):
+    return replace(touch(contours()), **changes)
+
+
+def drawn(edge):
+    return extract_surface(begun().atlas, edge)
+
+
+def blend(points):
+    return begun().atlas.blend(points)
+
+
+def values(name, *some):
+    return [{name: value} for value in some]
+
+
+NOT_TOUCHED = (TouchStatus.NO_CONTACT, TouchStatus.UNREACHABLE)
+# What is made, words of the refusal, and wrong arguments.
+WRONG = [
+    (with_contour, "real numbers", values("points", [["a", "b", "c"]], np.ones((5, 3)) * 1j)),
+    (with_contour, "rows of equal length", values("points", [[1, 2, 3], [1, 2]])),
+    (with_contour, "NaN", values("points", np.full((5, 3), np.nan))),
+    (with_contour, r"shape \(5, 2\)", values("points", np.ones((5, 2)))),
+    (with_contour, "empty", values("points", np.ones((0, 3)))),
+    (with_contour, "SamplingPlane", values("plane", None)),
+    (
+        with_contour,
+        r"noise_std is (None|1|-1|\[)",
+        values("noise_std", None, "1", -1.0, np.ones(2)),
+    ),
+    (with_contour, "pair of ContourEnd", values("ends", ("a", "b"), SOFT[:1])),
+    (with_touch, "tuple of Contour", values("contours", None, (np.zeros((5, 3)),))),
+    (with_touch, "TOUCHED, but no contours; give those that were tracked", values("contours", ())),
+    (with_touch, "TouchStatus", values("status", "touched")),
+    (with_touch, "(NO_CONTACT|UNREACHABLE), but 3 contours", values("status", *NOT_TOUCHED)),
+    (with_touch, "tracked_length is nan", values("tracked_length", np.nan)),
+    (with_touch, "travel_length is -1", values("travel_length", -1.0)),
+    (with_touch, "unit", values("approach", [0, 0, 2.0])),
+    (with_touch, "shape", values("contact", [0, 0])),
+    (with_touch, "number is .*that of a ProbePlan", values("number", "x", -1, 1.5, True, None)),
+    (drawn, "edge is .*samples span", values("edge", 0, -1.0, np.nan, np.inf, "x", 1e3)),
+    (blend, "points", values("points", [1, 2, 3], [[1, 2]], [[np.nan] * 3], "abc", [], None)),
+    (Atlas, "tolerance is", values("tolerance", "x", None, [1.0], True, 0.0, -1.0)),
+    (Atlas, "tolerance is", values("tolerance", np.nan, np.inf, 1e-300, 1e300)),
+    (lambda options: Atlas(0.1, options), "must be AtlasOptions", values("options", FitOptions())),
+    (AtlasOptions, "must be", values("bias", "x", None, np.nan, 1e300)),
+    (AtlasOptions, "must be", values("facets", 0.0, None)),
+    (AtlasOptions, "must be", values("levels", {"sure": 4.0})),
+    (AtlasOptions, "tolerances|scales", [*values("facets", -1.0, np.nan), {"bias": -1.0}]),
+    (FitOptions, "must be", values("degree", 4.0, None, -1, 0, 1, 2.5, 7, 50)),
+    (FitOptions, "must be", values("core", "x", None, 0.0, -1.0, 2.0, np.nan)),
+    (FitOptions, "must be", [{"height_only": "no"}, {"adaptive": 1}]),
+    (Levels, "level sure is .* must be a number > 0", values("sure", 0.0, None)),
+    *(
+        (Levels, f"level {name} is .* must be a number > 0", values(name, wrong))
+        for name, wrong in (
+            ("same_side", 1.6),
+            ("believed", 1.0),
+            ("vague", 0.0),
+            ("alpha", np.nan),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "words", "wrong"), WRONG)
+def test_what_cannot_be_is_refused_in_a_sentence(make, words, wrong):
+    for arguments in wrong:
+        with pytest.raises(ValueError, match=words):
+            make(**arguments)
 
 
 def test_what_is_no_touch_changes_nothing():
@@ -131,6 +164,13 @@ def test_what_is_no_touch_changes_nothing():
     with pytest.raises(ValueError, match="give a Touch"):
         atlas.add(contours())
     assert atlas.touches == len(atlas) == 0
+
+
+def test_surface_of_nothing_is_refused():
+    with pytest.raises(ValueError, match="no surface; add"):
+        extract_surface(Atlas(0.1))
+    with pytest.raises(ValueError, match="got NoneType; a surface is drawn of an Atlas"):
+        extract_surface(None)
 
 
 def test_samples_without_noise_need_a_bias():
@@ -178,12 +218,6 @@ def test_no_touch_is_learned_again_saved_or_not(name, tmp_path):
         assert one.point_count == count
 
 
-@pytest.mark.parametrize("edge", [0, -1.0, np.nan, np.inf, "x", 1e3])
-def test_an_edge_that_is_no_length_of_the_object_is_refused(edge):
-    with pytest.raises(ValueError, match="edge is .*samples span"):
-        extract_surface(begun().atlas, edge)
-
-
 def test_an_edge_that_would_fill_the_memory_is_refused_and_what_is_advised_is_not():
     """A triangle for each 0.43 squares of the edge: 16 GB, at 100 bytes each, are 0.02 here."""
     for edge in (1e-2, 1e-9, 1e-300):
@@ -200,56 +234,6 @@ def test_edges_as_long_as_patches_make_few_triangles_or_none():
         atlas = body().atlas
         for edge in (30.0, 40.0):
             assert len(extract_surface(atlas, edge).faces) < 100
-
-
-@pytest.mark.parametrize("points", [[1, 2, 3], [[1, 2]], [[np.nan] * 3], "abc", [], None])
-def test_what_is_no_array_of_points_is_refused(points):
-    with pytest.raises(ValueError, match="points"):
-        begun().atlas.blend(points)
-
-
-@pytest.mark.parametrize("tolerance", ["x", None, [1.0], True, np.inf, 1e-300, 1e300])
-def test_tolerances_that_cannot_work_are_refused(tolerance):
-    with pytest.raises(ValueError, match="tolerance is"):
-        Atlas(tolerance)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"bias": "x"},
-        {"bias": None},
-        {"bias": np.nan},
-        {"bias": 1e300},
-        {"facets": 0.0},
-        {"facets": None},
-        {"levels": {"sure": 4.0}},
-    ],
-)
-def test_options_that_cannot_work_are_refused(wrong):
-    with pytest.raises(ValueError, match="must be"):
-        AtlasOptions(**wrong)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"degree": 4.0},
-        {"degree": None},
-        *({"degree": degree} for degree in (-1, 0, 1, 2.5, 7, 50)),
-        *({"core": core} for core in ("x", None, 0.0, -1.0, 2.0, np.nan)),
-        {"height_only": "no"},
-        {"adaptive": 1},
-    ],
-)
-def test_ways_to_fit_that_cannot_work_are_refused(wrong):
-    with pytest.raises(ValueError, match="must be"):
-        FitOptions(**wrong)
-
-
-def test_options_of_an_atlas_are_atlas_options():
-    with pytest.raises(ValueError, match="must be AtlasOptions"):
-        Atlas(0.1, FitOptions())
 
 
 EXTREMES = {
@@ -320,41 +304,6 @@ def test_untouched_is_a_value_not_an_error():
     assert not atlas.blend(np.zeros((1, 3))).known.any()
 
 
-@pytest.mark.parametrize("tolerance", [0.0, -1.0, np.nan])
-def test_tolerance_must_be_a_length(tolerance):
-    with pytest.raises(ValueError, match="tolerance"):
-        Atlas(tolerance)
-
-
-def test_surface_of_nothing_is_refused():
-    with pytest.raises(ValueError, match="no surface; add"):
-        extract_surface(Atlas(0.1))
-    with pytest.raises(ValueError, match="got NoneType; a surface is drawn of an Atlas"):
-        extract_surface(None)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"sure": 0.0},
-        {"sure": None},
-        {"same_side": 1.6},
-        {"believed": 1.0},
-        {"vague": 0.0},
-        {"alpha": np.nan},
-    ],
-)
-def test_levels_that_cannot_work_are_refused(wrong):
-    with pytest.raises(ValueError, match=f"level {next(iter(wrong))} is .* must be a number > 0"):
-        Levels(**wrong)
-
-
-@pytest.mark.parametrize("wrong", [{"facets": -1.0}, {"facets": np.nan}, {"bias": -1.0}])
-def test_options_are_numbers_of_tolerances_or_scales(wrong):
-    with pytest.raises(ValueError, match="tolerances|scales"):
-        AtlasOptions(**wrong)
-
-
 def test_shuffled_contours_are_refused_and_jumps_back_are_not():
     rng = np.random.default_rng(0)
     one = contours()[0]
@@ -417,9 +366,3 @@ def test_a_touch_in_another_unit_is_refused(factor):
     with pytest.raises(ValueError, match="give all in the same unit"):
         atlas.add(scaled)
     assert len(atlas) == len(known.atlas) and atlas.point_count == known.atlas.point_count
-
-
-@pytest.mark.parametrize("number", ["x", -1, 1.5, True, None])
-def test_the_number_of_a_touch_is_that_of_a_plan(number):
-    with pytest.raises(ValueError, match="number is .*; it must be that of a ProbePlan"):
-        Touch(number, np.zeros(3), UP, contours(), TouchStatus.TOUCHED, 60.0, 0.0)
