@@ -13,6 +13,7 @@ from touchatlas.atlas.cad.lawful import LawfulOptions
 from touchatlas.atlas.cad.step import save_step
 from touchatlas.atlas.records.options import AtlasOptions
 
+pytestmark = pytest.mark.usefixtures("kernel")
 NOISE, TOLERANCE = 0.02, 0.2
 # Touches after which a body is closed.
 TOUCHES = {"box": 60, "cut ball": 15, "bend": 30, "frustum": 20}
@@ -37,20 +38,6 @@ def atlas_of(name: str, touches: int, scale: float = 1.0, **options) -> Atlas:
     body = body_of(samples)
     atlas.known_body = KnownBody(faces=body.faces, body=body)
     return atlas
-
-
-@pytest.fixture(autouse=True)
-def _kernel():
-    pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
-
-
-@pytest.fixture
-def gmsh():
-    module = pytest.importorskip("gmsh", reason="needs gmsh", exc_type=(ImportError, OSError))
-    module.initialize(interruptible=False)
-    module.option.setNumber("General.Terminal", 0)
-    yield module
-    module.finalize()
 
 
 def read(gmsh, path):

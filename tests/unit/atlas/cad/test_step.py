@@ -38,21 +38,6 @@ def half():
     return known("egg", 3)
 
 
-@pytest.fixture
-def kernel():
-    pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
-
-
-@pytest.fixture
-def gmsh(kernel):
-    """gmsh, started; its wheel needs libraries of X that a bare system lacks."""
-    module = pytest.importorskip("gmsh", reason="needs gmsh", exc_type=(ImportError, OSError))
-    module.initialize(interruptible=False)
-    module.option.setNumber("General.Terminal", 0)
-    yield module
-    module.finalize()
-
-
 def read(gmsh, path):
     """Tags of the faces and of the solids of a STEP file."""
     gmsh.model.occ.importShapes(str(path))
