@@ -113,10 +113,10 @@ def test_existing_run_is_refused_unless_forced(whole_run):
         (["explore", "/dev/null"], "'/dev/null' is a device or a pipe"),
         (["evaluate", "/dev/null", "--truth", "sphere"], "/dev/null is a device or a pipe"),
         (["explore", "point.off"], "all its vertices are at one point"),
-        (["explore", "sphere", "--out", "tetra.off"], "is a file"),
-        (["explore", "sphere", "--out", "tetra.off/r"], "no folder can be made at tetra.off/r"),
-        (["explore", "sphere", "--out", "/proc/none/r"], "no folder can be made at /proc/none/r"),
-        (["chart", "--out", "tetra.off/r"], "no folder can be made at tetra.off/r"),
+        (["chart", "--draws", "0"], "draws is 0; it must be >= 1"),
+        (["paper", "--draws", "0"], "draws is 0; it must be >= 1"),
+        (["paper", "--seed", "-1"], "seed is -1; it must be >= 0"),
+        (["study", "none.toml"], "none.toml is no file"),
         (
             ["explore", "sphere", "--planner.coverage", "1"],
             "--planner.coverage is 1.0; it must be greater than 0 and less than 1",
@@ -158,16 +158,11 @@ def test_existing_run_is_refused_unless_forced(whole_run):
         (["evaluate", "short.ply", "--truth", "sphere"], "holds less than it declares"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "1e300"], "114.3 across"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "1e-300"], "1.1e-10"),
-        (["export", "missing", "a.step"], "missing holds no atlas.npz"),
-        (["export", "junk", "a.txt"], "ends in '.txt'"),
-        (["fit", "missing.csv"], "missing.csv is no file"),
         (
             ["learn", "nan.csv", "--noise", "-1"],
             "--noise is -1.0; it must be a finite number, 0 or",
         ),
         (["chart", "--cell-seconds", "-1"], "cell_seconds is -1.0; it must be a number > 0"),
-        (["fit", "nan.csv"], "nan.csv was read so"),
-        (["fit", "columns.csv"], "no column x, y, z among a, b"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "tolerance is -1"),
         (["evaluate", "."], "not the folder of a run"),
         (["resume", "r", "--noise", "1"], "RUN/run.toml --noise VALUE --out ANOTHER"),
@@ -176,10 +171,7 @@ def test_existing_run_is_refused_unless_forced(whole_run):
 )
 def test_the_users_mistakes_are_one_sentence_and_exit_two(tmp_path, arguments, words):
     (tmp_path / "empty.off").write_text("OFF\n0 0 0\n")
-    (tmp_path / "junk").mkdir()
-    (tmp_path / "junk" / "atlas.npz").write_text("junk")
     (tmp_path / "nan.csv").write_text("curve,x,y,z\na,0,0,nan\n")
-    (tmp_path / "columns.csv").write_text("a,b\n1,2\n")
     ply = "ply\nformat ascii 1.0\nelement vertex 3\n"
     (tmp_path / "cut.ply").write_text(ply)
     ply += "".join(f"property float {axis}\n" for axis in "xyz")

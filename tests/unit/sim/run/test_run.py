@@ -28,11 +28,6 @@ def test_a_run_is_read_from_its_folder(whole_run):
     assert "accuracy_p95" in page and "The tolerance" in page
 
 
-def test_what_is_no_run_is_refused_in_a_sentence(tmp_path):
-    with pytest.raises(ValueError, match="is not the folder of a run"):
-        ta.load_run(tmp_path)
-
-
 @pytest.mark.parametrize("damage", [lambda data: data[:-5], lambda _: b"solid"])
 def test_a_damaged_surface_is_refused_in_a_sentence(whole_run, damage):
     path = whole_run[0] / "surface.ply"

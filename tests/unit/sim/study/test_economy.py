@@ -107,13 +107,6 @@ def test_our_planner_meets_the_tolerance_on_a_sphere(swept):
         assert int(float(one["touches_to_99"])) <= int(one["touches"])
 
 
-def test_a_sweep_goes_on_where_it_was(swept):
-    folder, rows = swept
-    seen = []
-    again = swept_again(folder, watch=lambda done, total: seen.append((done, total)))
-    assert again == rows and seen == [(2, 2)]
-
-
 def test_tolerances_below_two_noises_are_left_out():
     # The blob's noise is 1.7e-4 of its diagonal, the ellipsoid's 1.0e-4.
     found = {cell.given[:2] for cell in cells_of(("blob", "ellipsoid"), 1, 0)}

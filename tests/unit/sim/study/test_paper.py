@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from tests.command import touchatlas
 from touchatlas.sim.study.paper import (
     CURVES,
     DESCENT,
@@ -213,18 +212,3 @@ def test_all_files_are_written(folder):
     assert {path.name for path in folder.iterdir()} == FILES
     for path in folder.glob("*.png"):
         assert path.read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("options", "code", "words"),
-    [
-        (["--draws", "0"], 2, "draws is 0; it must be >= 1"),
-        (["--seed", "-1"], 2, "seed is -1; it must be >= 0"),
-        (["--out", "held"], 2, "held is a file; give a folder with --out"),
-        (["--out", "held/in"], 2, "no folder can be made at held/in; choose another --out"),
-    ],
-)
-def test_the_command_refuses_in_one_sentence(tmp_path, options, code, words):
-    (tmp_path / "held").write_text("")
-    done = touchatlas("paper", *options, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (code, f"touchatlas: {words}\n")

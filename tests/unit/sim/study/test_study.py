@@ -135,9 +135,3 @@ def test_mistakes_are_refused_before_anything_is_written(tmp_path, options, word
     with pytest.raises(ValueError, match=words):
         draw_chart(CHART, tmp_path / "new", **options)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
-    (tmp_path / "a").write_text("")
-    with pytest.raises(ValueError, match="is a file"):
-        draw_chart(CHART, tmp_path / "a")

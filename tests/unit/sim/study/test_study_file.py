@@ -97,10 +97,6 @@ def test_a_mistake_is_refused_in_one_sentence(file, old, new, words):
     assert "one.toml" in str(refusal.value) and "\n" not in str(refusal.value)
 
 
-def test_the_command_refuses_a_file_that_is_none(tmp_path):
-    assert_refused(touchatlas("study", "none.toml", cwd=tmp_path), 2, "none.toml is no file")
-
-
 @pytest.mark.usefixtures("no_processes")
 def test_equal_seeds_give_equal_tables_and_a_report(tmp_path):
     file = tmp_path / "small.toml"

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tests.command import touchatlas
 from tests.truths import BALL_RADIUS, graph_contours
 from touchatlas.patch import fit_patch
 from touchatlas.sim.study.fits import (
@@ -22,7 +21,6 @@ from touchatlas.sim.study.tradeoff import (
     cells,
     measure_cell,
     middles,
-    pareto_front,
     timed,
 )
 
@@ -70,22 +68,11 @@ def test_the_full_study_has_all_surfaces_noises_and_planes():
     assert len({cell.given for cell in cells((), 50, 0)}) == 36
 
 
-def test_the_command_refuses_in_one_sentence(tmp_path):
-    done = touchatlas("chart", "--draws", "0", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (2, "touchatlas: draws is 0; it must be >= 1\n")
-    assert not list(tmp_path.iterdir())
-
-
 def test_medians_of_errors_and_means_of_fractions():
     rows = [{"mean_error": e, "within": w} for e, w in ((1.0, 0.0), (2.0, 1.0), (9.0, 1.0))]
     found = middles(rows)
     assert found["mean_error"] == 2.0 and found["within"] == pytest.approx(2.0 / 3.0)
     assert np.isnan(found["max_error"])
-
-
-def test_front_holds_what_nothing_beats():
-    points = [(1.0, 5.0), (2.0, 6.0), (3.0, 1.0), (3.5, 1.0), (0.5, np.nan)]
-    assert pareto_front(points) == [(1.0, 5.0), (3.0, 1.0)]
 
 
 def test_timing_gives_the_answer_and_a_median():

@@ -50,12 +50,6 @@ def test_gradient_and_hessian_match_finite_differences(name, samples):
         assert (up[1] - down[1]) / (2 * h) == pytest.approx(hessian[:, axis], abs=1e-4 * bend)
 
 
-def test_ball_curvatures_are_minus_one_over_r(samples):
-    k1, k2, _ = make_object("sphere").principal_curvatures(samples["sphere"][0])
-    assert k1 == pytest.approx(np.full(300, -1 / 33.0), rel=1e-9)
-    assert k2 == pytest.approx(np.full(300, -1 / 33.0), rel=1e-9)
-
-
 def test_torus_principal_curvatures_match_closed_form(samples):
     """k = -1/b around the tube, -cos v/(a + b cos v) along it (do Carmo, section 3-3)."""
     points = samples["torus"][0]
@@ -184,8 +178,3 @@ def test_a_long_approach_meets_a_thin_body():
 def test_probe_refuses_a_noise_that_is_none(noise):
     with pytest.raises(ValueError, match="noise is"):
         Probe(make_object("sphere"), noise, np.random.default_rng(0))
-
-
-def test_unknown_object_names_the_nearest():
-    with pytest.raises(ValueError, match="did you mean bottle"):
-        make_object("botle")
