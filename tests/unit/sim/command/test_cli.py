@@ -113,6 +113,8 @@ def test_existing_run_is_refused_unless_forced(whole_run):
         (["explore", "/dev/null"], "'/dev/null' is a device or a pipe"),
         (["evaluate", "/dev/null", "--truth", "sphere"], "/dev/null is a device or a pipe"),
         (["explore", "point.off"], "all its vertices are at one point"),
+        (["chart", "--out", "tetra.off"], "tetra.off is a file; give a folder with --out"),
+        (["explore", "sphere", "--out", "tetra.off"], "is a file"),
         (["chart", "--draws", "0"], "draws is 0; it must be >= 1"),
         (["paper", "--draws", "0"], "draws is 0; it must be >= 1"),
         (["paper", "--seed", "-1"], "seed is -1; it must be >= 0"),
