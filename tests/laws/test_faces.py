@@ -3,6 +3,7 @@
 import json
 import re
 from functools import lru_cache
+from xml.etree import ElementTree
 
 import networkx as nx
 import numpy as np
@@ -100,11 +101,17 @@ def test_the_graph_has_words_and_numbers_that_graphml_and_json_keep(tmp_path):
     assert all(len(point) == 3 for edge in data["edges"] for c in edge["points"] for point in c)
 
 
-def test_edges_of_a_graphml_file_have_ids_of_their_own(tmp_path):
+def test_a_graphml_file_is_valid_by_its_schema(tmp_path):
+    """xs:key and xs:NMTOKEN of graphml.xsd: ids are one in a file, and hold no blanks."""
     faces = faces_of("step")
     write_graphml(faces, tmp_path / "faces.graphml")
-    ids = re.findall(r'<edge [^>]*id="([^"]*)"', (tmp_path / "faces.graphml").read_text())
-    assert len(set(ids)) == len(ids) == len(faces.edges)
+    root = ElementTree.parse(tmp_path / "faces.graphml").getroot()
+    space = "{http://graphml.graphdrawing.org/xmlns}"
+    ids = {k: [node.get("id") for node in root.iter(space + k)] for k in ("key", "node", "edge")}
+    assert len(ids["edge"]) == len(faces.edges)
+    for some in ids.values():
+        assert len(some) == len(set(some))
+        assert all(re.fullmatch(r"[-\w.:]+", name) for name in some)
 
 
 @pytest.mark.parametrize("write", [write_graphml, write_json])

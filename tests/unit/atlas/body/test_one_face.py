@@ -19,16 +19,6 @@ def kind_of(columns, std: float = NOISE) -> str:
     return face_of_all(samples_of_touches(columns, std)).faces[0].kind
 
 
-def test_a_ball_is_one_sphere_of_its_radius():
-    """Its radius and centre are within five of their stated deviations."""
-    faces = face_of_all(samples_of_touches(touched_ball(), NOISE))
-    (face,) = faces.faces
-    numbers = face.law.numbers
-    assert face.kind == "sphere" and faces.are_lawful and len(face.pieces) == 1
-    assert abs(numbers["radius"] - BALL) < 5.0 * numbers["radius_std"] < 0.1
-    assert np.abs(numbers["centre"]).max() < 5.0 * numbers["centre_std"] < 0.1
-
-
 def test_an_ellipsoid_is_one_quadric_of_its_extent():
     """Its ends, where no sample need lie, are within half of the noise."""
     faces = face_of_all(samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE))

@@ -95,15 +95,6 @@ def test_samples_that_face_elsewhere_tell_nothing():
     assert (mean == 0.0).all() and (variance == 0.0).all()
 
 
-def test_scaling_all_input_scales_the_answer():
-    rng = np.random.default_rng(5)
-    points, heights = rng.uniform(size=(200, 2)), rng.normal(size=200)
-    asked, up, stds = flat(rng.uniform(size=(9, 2))), np.tile(UP, (9, 1)), np.full(200, 0.1)
-    once = kriged(points, heights, stds).at(asked, up)
-    scaled = kriged(4.0 * points, 4.0 * heights, 4.0 * stds, 4.0).at(4.0 * asked, up)
-    assert np.array_equal(4.0 * once[0], scaled[0]) and np.array_equal(16.0 * once[1], scaled[1])
-
-
 def test_a_rough_surface_is_nearer_than_its_sextics():
     """Ripples that are as short as the sextics, which need 98 samples: kriging takes at least a
     tenth of the mean error amid samples."""
