@@ -1,11 +1,10 @@
-"""Meusnier's and Euler's laws, and the paper's appendix A against least squares."""
+"""Meusnier's and Euler's laws, and the quadrics that sections are of."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.laws.appendix_a import curvatures_of_three_sections
 from tests.laws.patch_scenes import even_angles
 from touchatlas.patch.geometry.curvature import (
     UMBILIC_FALSE_ALARM,
@@ -83,52 +82,46 @@ def test_principal_directions_diagonalise():
 
 
 def random_sections(rng):
-    """Three angles at least 0.05 rad apart: below, each route loses digits of its own."""
+    """Three angles at least 0.05 rad apart: below, digits are lost."""
     while True:
         angles = rng.uniform(0.0, np.pi, 3)
         if np.abs(np.sin(angles - np.roll(angles, 1))).min() > 0.05:
             return angles
 
 
-@pytest.mark.parametrize("equal", [1, 2], ids=["all different", "two equal"])
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
-def test_appendix_a_and_least_squares_agree_for_any_three_sections(equal, unit):
-    """Any three normal curvatures are those of some quadric, so no truth is needed."""
+def test_any_three_sections_of_a_quadric_have_its_curvatures_and_directions(unit):
+    """Euler's law gives the normal curvatures. Rounding grows with the square of the condition, at
+    most 1e3 here; a direction is as uncertain as the curvatures over their difference."""
     rng = np.random.default_rng(0)
     for _ in range(1000):
-        angles, sections = random_sections(rng), unit * rng.uniform(-1.0, 1.0, 3)
-        sections[:equal] = sections[0]
-        order = rng.permutation(3)
-        a1, a2, a_angle = curvatures_of_three_sections(sections[order], angles[order])
-        b1, b2, b_angle, *_ = curvatures_from_sections(sections, angles, np.full(3, 1e-12 * unit))
-        # Rounding times the square of the condition, at most 1e3 here: 2e-10 of what goes in,
-        # and what comes out is as much larger as the condition.
-        size = abs(b1) + abs(b2)
-        assert abs(a1 - b1) < 1e-10 * size and abs(a2 - b2) < 1e-10 * size
-        # A direction is as uncertain as the curvatures over their difference.
-        assert abs(np.sin(a_angle - b_angle)) * (b1 - b2) < 1e-10 * size
+        angles, theta = random_sections(rng), rng.uniform(0.0, np.pi)
+        k2, k1 = np.sort(unit * rng.uniform(-1.0, 1.0, 2))
+        sections = euler(k1, k2, angles - theta)
+        found = curvatures_from_sections(sections, angles, np.full(3, 1e-12 * unit))
+        size = abs(k1) + abs(k2)
+        assert abs(found[0] - k1) < 1e-10 * size and abs(found[1] - k2) < 1e-10 * size
+        assert abs(np.sin(found[2] - theta)) * (k1 - k2) < 1e-10 * size
 
 
-def test_three_equal_sections_are_an_umbilic_by_both_routes():
-    """Situation (a)."""
+def test_three_equal_sections_are_an_umbilic():
+    """The paper's situation (a)."""
     rng = np.random.default_rng(1)
     for _ in range(200):
         angles, k = random_sections(rng), rng.uniform(-1.0, 1.0)
-        appendix = curvatures_of_three_sections(np.full(3, k), angles)
         k1, k2, angle, _, umbilic, _ = curvatures_from_sections(
             np.full(3, k), angles, np.full(3, 1e-6)
         )
         assert umbilic
-        assert np.abs(np.subtract((k1, k2, angle), appendix)).max() < 1e-10
+        assert (k1, k2, angle) == pytest.approx((k, k, 0.0), abs=1e-10)
 
 
 @pytest.mark.parametrize("rotation", [0.0, np.pi, -np.pi])
-def test_sections_of_one_direction_are_refused_by_both_routes(rotation):
-    """Situation (b): two of the three equations are one."""
+def test_sections_of_one_direction_are_refused(rotation):
+    """The paper's situation (b): two of the three equations are one."""
     angles, sections = np.array([0.3, 1.1, 0.3 + rotation]), np.array([0.1, -0.2, 0.1])
-    for route in (curvatures_of_three_sections, curvatures_from_sections):
-        with pytest.raises(ValueError, match="direction"):
-            route(sections, angles, *([np.ones(3)] if route is curvatures_from_sections else []))
+    with pytest.raises(ValueError, match="direction"):
+        curvatures_from_sections(sections, angles, np.ones(3))
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
