@@ -56,7 +56,7 @@ def test_a_lawful_body_is_known_from_few_touches_and_closed(name):
     atlas.validate()
     # In the cubes by which touches are planned, a 32nd of the extent.
     surface = extract_surface(atlas, atlas.body.extent / 32)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 2
     # The volume is that of the body, to the tolerance times the area.
     truth = trimesh.Trimesh(body(name).vertices, body(name).faces)
@@ -112,5 +112,5 @@ def test_all_holes_of_a_drilled_plate_are_found(seed):
     holes = [face for face in found.atlas.body.faces.faces if face.kind == "cylinder"]
     assert len(holes) == 6
     surface = extract_surface(found.atlas)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 2 - 2 * 6

@@ -37,7 +37,7 @@ def test_the_surface_of_a_bowl_ends_at_its_rim():
     """Ends lie within an eighth of a step, 0.17, of the rim; three noises come to it. Single
     triangles across the rim, with edges of 1.5, may be missing."""
     _, surface, _ = bowl()
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.euler_number == 1 and mesh.body_count == 1
     assert surface.vertices[:, 2].min() > -0.17 - 3.0 * NOISE
     rim = surface.vertices[np.unique(mesh.edges[trimesh.grouping.group_rows(mesh.edges_sorted, 1)])]
@@ -56,7 +56,7 @@ def test_an_opening_that_samples_surround_stays_open(missing):
         pass
     assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
     surface = extract_surface(atlas)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.euler_number == 1 and mesh.body_count == 1
     rim = RADIUS * (2.0 * missing - 1.0)
     assert rim - 3.0 * TOLERANCE < surface.vertices[:, 2].min() < rim + 3.0 * TOLERANCE
@@ -118,7 +118,7 @@ def test_a_slip_does_not_hide_a_closed_body(slips):
     assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
     atlas.finish()
     surface = extract_surface(atlas)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 2
     # Triangles with sides of a thirtieth of the radius have 1e-3 less than the ball.
     assert mesh.area == pytest.approx(4.0 * np.pi * RADIUS**2, rel=2e-3)

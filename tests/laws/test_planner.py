@@ -5,7 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-import trimesh
 
 from tests.explored import Explored, explored
 from touchatlas.atlas import Atlas, AtlasChange, Touch, TouchStatus, extract_surface
@@ -59,7 +58,7 @@ def test_the_surface_is_known_to_the_tolerance_at_the_end(name):
     assert (distance <= obj.tolerance).mean() > predicted - 0.01
     found.atlas.validate()
     surface = extract_surface(found.atlas)
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 2
 
 

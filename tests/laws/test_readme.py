@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 
 from touchatlas.atlas import Touch, TouchStatus
 from touchatlas.planner import StopReason
@@ -33,7 +32,7 @@ def ended():
 def test_the_loop_ends_with_a_closed_surface_and_its_deviation(ended):
     surface, atlas = ended["surface"], ended["atlas"]
     assert ended["planner"].stop.reason is StopReason.KNOWN
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 2
     assert len(surface.deviation) == len(surface.vertices) > 1000
     assert (surface.deviation > 0.0).all()

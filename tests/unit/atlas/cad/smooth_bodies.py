@@ -1,9 +1,6 @@
 """Smooth surfaces of known distance, meshes as surfaces, and volumes of shapes of the kernel."""
 
 import numpy as np
-import trimesh
-
-from touchatlas.atlas.records.surface import Surface
 
 RADIUS = 10.0
 
@@ -27,19 +24,6 @@ def cube_quads():
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     return RADIUS / np.sqrt(3.0) * corners, np.array(quads)
-
-
-def surface_of(mesh: trimesh.Trimesh) -> Surface:
-    """A mesh as a surface without error."""
-    count = len(mesh.vertices)
-    return Surface(
-        np.array(mesh.vertices),
-        np.array(mesh.faces),
-        np.array(mesh.vertex_normals),
-        np.zeros(count),
-        np.zeros(count, int),
-        np.zeros(count),
-    )
 
 
 def volume(shape) -> float:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball, ball_of, cube_quads, surface_of, volume
+from tests.meshes import surface_of
+from tests.unit.atlas.cad.smooth_bodies import RADIUS, ball, ball_of, cube_quads, volume
 from touchatlas.atlas.cad.bezier import (
     curve_points,
     face_points,

@@ -11,7 +11,8 @@ import trimesh
 
 from tests.explored import learned, spread_touches
 from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
-from tests.unit.atlas.cad.smooth_bodies import RADIUS, surface_of, volume
+from tests.meshes import surface_of
+from tests.unit.atlas.cad.smooth_bodies import RADIUS, volume
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody, body_of_one
 from touchatlas.atlas.cad.step import fewer_triangles, save_step, triangle_shapes

@@ -8,7 +8,8 @@ import pytest
 import trimesh
 
 from tests.explored import learned_at_once, spread_touches
-from touchatlas.atlas import Atlas, Surface, doubts, extract_surface
+from tests.meshes import surface_of
+from touchatlas.atlas import Atlas, doubts, extract_surface
 from touchatlas.planner.stop import Forecast, Stop, StopReason
 from touchatlas.sim import make_object
 from touchatlas.sim.study.bodies import cup, slab
@@ -144,10 +145,7 @@ def test_approaches_that_point_inward_are_told():
 
 def joined(*meshes):
     """A Surface of the triangles of meshes."""
-    mesh = trimesh.util.concatenate(meshes)
-    none = np.zeros(len(mesh.vertices))
-    own = np.asarray(mesh.vertices), np.asarray(mesh.faces), np.asarray(mesh.vertex_normals)
-    return Surface(*own, none, none.astype(int), none)
+    return surface_of(trimesh.util.concatenate(meshes))
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,12 @@
 """Small holes are closed, counted and doubted; true rims stay open."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 
+from tests.meshes import euler_number, surface_of
 from touchatlas.atlas.mesh.mend import close_holes, error_across, slope_of_rim
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
@@ -15,12 +18,7 @@ NO_RIMS = Rims(SamplePool())
 
 def ball() -> Surface:
     mesh = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS)
-    count = len(mesh.vertices)
-    normals, sure = mesh.vertices / RADIUS, np.full(count, 1e-3)
-    return Surface(
-        *(mesh.vertices, mesh.faces, normals, sure, np.zeros(count, int)),
-        np.full(count, RADIUS**-2),
-    )
+    return replace(surface_of(mesh, 1e-3, RADIUS**-2), normals=mesh.vertices / RADIUS)
 
 
 def pierced(*directions, width: float) -> Surface:
@@ -32,15 +30,11 @@ def pierced(*directions, width: float) -> Surface:
     return whole.only(np.all(far, axis=0))
 
 
-def euler_number(surface: Surface) -> int:
-    return int(trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number)
-
-
 def test_small_holes_are_closed_on_the_sphere():
     open_ball = pierced([1.0, 0.0, 0.0], [0.0, 0.6, 0.8], width=5.0)
     assert euler_number(open_ball) == 0
     closed = close_holes(open_ball, NO_RIMS)
-    mesh = trimesh.Trimesh(closed.vertices, closed.faces, process=False)
+    mesh = closed.to_trimesh()
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     assert len(closed.closed_holes) == 2
     # Edges are as bent as the sphere, to fourth order. Those of the ball are 2.1
@@ -78,11 +72,7 @@ def test_the_error_across_a_hole_of_a_ball_is_the_height_of_its_cap():
 def test_the_end_of_a_finger_is_closed_with_the_deviation_of_half_a_ball():
     """What no touch has met may end flat or go on: it is off by its radius at 95 %."""
     finger = trimesh.creation.capsule(height=100.0, radius=2.0, count=[64, 64])
-    count, sure = len(finger.vertices), 1e-3
-    whole = Surface(
-        *(finger.vertices, finger.faces, finger.vertex_normals, np.full(count, sure)),
-        *(np.zeros(count, int), np.zeros(count)),
-    )
+    whole = surface_of(finger, 1e-3)
     without_tip = whole.only(finger.vertices[:, 2] < finger.vertices[:, 2].max() - 1.95)
     closed = close_holes(without_tip, NO_RIMS)
     deviation = closed.deviation[len(without_tip.vertices) :]

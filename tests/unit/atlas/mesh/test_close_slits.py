@@ -1,10 +1,13 @@
 """Narrow holes are closed from side to side; wide ones and true rims stay open."""
 
+from dataclasses import replace
+
 import igl
 import numpy as np
 import trimesh
 
-from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball, euler_number
+from tests.meshes import euler_number, surface_of
+from tests.unit.atlas.mesh.test_close_holes import NO_RIMS, RADIUS, ball
 from touchatlas.atlas.mesh.mend import close_holes, triangles_across
 from touchatlas.atlas.records.surface import Surface
 
@@ -19,17 +22,13 @@ def slit_ball(width: float = WIDTH) -> Surface:
     return whole.only((x < 0.0) | (np.abs(z) > 0.5 * width))
 
 
-def as_mesh(surface: Surface) -> trimesh.Trimesh:
-    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-
-
 def test_a_long_slit_is_closed_on_the_sphere():
     """Its edges are bent as the ball is, up to the fourth power of their length:
     l^4 / (128 R^3). The centre of a triangle of edges l / 2 is off by (l / 2)^2 / (6 R)."""
     open_ball = slit_ball()
     assert euler_number(open_ball) == 1
     closed = close_holes(open_ball, NO_RIMS)
-    mesh = as_mesh(closed)
+    mesh = closed.to_trimesh()
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     # The rim is jagged by the edges of the ball, which are 2 long: edges across are 4 + 2 x 2 at
     # most, and a little longer at the corners of the slit.
@@ -115,10 +114,7 @@ def test_corners_that_point_into_a_slit_are_cut_last():
 
 def test_a_rim_of_three_points_has_no_new_edge():
     whole = trimesh.creation.icosahedron()
-    part = Surface(
-        *(whole.vertices, whole.faces[1:], np.asarray(whole.vertices), np.full(12, 1e-3)),
-        *(np.zeros(12, int), np.ones(12)),
-    )
-    closed = close_holes(part, NO_RIMS)
-    assert len(closed.vertices) == 12 and as_mesh(closed).is_watertight
+    part = surface_of(whole, 1e-3, 1.0)
+    closed = close_holes(replace(part, faces=part.faces[1:]), NO_RIMS)
+    assert len(closed.vertices) == 12 and closed.to_trimesh().is_watertight
     np.testing.assert_allclose(closed.closed_holes[0], whole.vertices[whole.faces[0]].mean(axis=0))

@@ -4,7 +4,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-import trimesh
 
 from tests.lawful import (
     BLUNT,
@@ -39,15 +38,11 @@ def cylinder():
     return known_body("cylinder", 30)
 
 
-def mesh_of(surface) -> trimesh.Trimesh:
-    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-
-
 def test_a_box_touched_all_over_is_closed_sharp_and_as_near_as_predicted(box):
     """The noise of six planes is normal: three deviations hold each with a chance of 0.997. A
     corner is where three planes meet at right angles, so the square of its error is their sum."""
     surface = with_curvatures(box, body_surface(box, coarse_edge(box)))
-    mesh = mesh_of(surface)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     off = np.abs(box_distance(surface.vertices))
     assert np.all(off <= 3.0 * surface.deviation + 1e-9)
@@ -64,7 +59,7 @@ def test_a_box_touched_all_over_is_closed_sharp_and_as_near_as_predicted(box):
 def test_triangles_of_a_cylinder_are_within_the_sagitta_that_is_asked_for(cylinder, sagitta):
     """They are chords, on the inner side. The touched mesh itself is 1.5e-3 within its circle."""
     surface = body_surface(cylinder, fine_edge(cylinder, sagitta))
-    mesh = mesh_of(surface)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 2
     edges = surface.vertices[mesh.edges_unique].mean(axis=1)
     points = np.concatenate([edges, mesh.triangles_center])
@@ -95,7 +90,7 @@ def test_the_surface_ends_where_nothing_was_touched():
     body = body_of(samples_of_touches(columns, STD, columns[0][:, 0] < 5.0))
     edge = coarse_edge(body)
     surface = body_surface(body, edge)
-    mesh = mesh_of(surface)
+    mesh = surface.to_trimesh()
     assert not mesh.is_watertight and mesh.is_winding_consistent
     assert surface.vertices[:, 0].max() < 5.0 + 1.5 + edge
     # One open rim: the body is a disk.
@@ -107,5 +102,5 @@ def test_the_total_curvature_of_a_rounded_box_is_that_of_a_ball():
     radii that differ by a few hundredths, the ball has their mean: that is two in a hundred."""
     body = known_body("rounded", 34)
     surface = with_curvatures(body, body_surface(body, 0.5 * BLUNT))
-    assert mesh_of(surface).euler_number == 2
+    assert surface.to_trimesh().euler_number == 2
     assert surface.total_curvature() == pytest.approx(4.0 * np.pi, rel=0.02)

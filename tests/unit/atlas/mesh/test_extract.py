@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import trimesh
 
 from tests.lawful import NOISE, known_body, samples_of_touches, touched
 from touchatlas.atlas import AtlasOptions, extract_surface
@@ -52,10 +51,6 @@ def drawn(torus):
     return cache(lambda facets: extract_surface(Known(torus, facets)))
 
 
-def as_mesh(surface) -> trimesh.Trimesh:
-    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-
-
 def off(body, surface) -> np.ndarray:
     """Distances of vertices, middles of sides and centres of one triangle in eight from the body,
     in tolerances."""
@@ -71,7 +66,7 @@ def test_triangles_are_as_near_to_a_smooth_body_as_the_option_says(torus, drawn)
     for facets in (0.8, 0.2):
         surface = drawn(facets)
         assert np.quantile(off(torus, surface), 0.99) < facets
-        mesh = as_mesh(surface)
+        mesh = surface.to_trimesh()
         assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 0
         counts.append(len(surface.faces))
     assert 3.0 < counts[1] / counts[0] < 6.0
@@ -87,7 +82,7 @@ def test_a_smooth_body_takes_half_the_triangles_of_cubes_that_are_as_near(torus,
 
 def test_an_edge_that_is_given_is_that_of_the_cubes(torus):
     """A triangle in a cube has an area of about half of its square."""
-    mesh = as_mesh(extract_surface(Known(torus), 3.0))
+    mesh = extract_surface(Known(torus), 3.0).to_trimesh()
     assert mesh.is_watertight and mesh.euler_number == 0
     assert mesh.area / len(mesh.faces) == pytest.approx(0.5 * 3.0**2, rel=0.4)
 
@@ -104,7 +99,7 @@ def test_a_body_whose_faces_obey_laws_is_drawn_as_they_are():
 def test_a_half_of_a_body_is_open_and_drawn_where_it_was_touched():
     """Samples above z = 0: no vertex is lower by more than a step and a half and a cube."""
     half = smooth_body("sphere", 50, lambda points: points[:, 2] > 0.0)
-    mesh = as_mesh(extract_surface(Known(half)))
+    mesh = extract_surface(Known(half)).to_trimesh()
     assert not mesh.is_watertight and mesh.is_winding_consistent
     lowest = -1.5 * half.samples.steps.max() - half.extent / 32
     assert mesh.vertices[:, 2].min() > lowest

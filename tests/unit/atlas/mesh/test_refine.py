@@ -47,10 +47,6 @@ def coarse(field: Ellipsoid) -> Surface:
     return Surface(points, np.array(ball.faces), field.at(points).normal, none, face, none)
 
 
-def as_mesh(surface: Surface) -> trimesh.Trimesh:
-    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-
-
 def distances(field: Ellipsoid, surface: Surface) -> np.ndarray:
     """Of vertices, middles of sides, centres and random points of triangles from the surface."""
     weights = np.random.default_rng(0).dirichlet(np.ones(3), 4)
@@ -66,7 +62,7 @@ def test_triangles_are_within_the_bound_of_the_surface(bound):
     """All but a few: an edge is asked in its middle alone. A closed surface stays closed."""
     field = Ellipsoid()
     found = refined(field, coarse(field), bound)
-    mesh = as_mesh(found)
+    mesh = found.to_trimesh()
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     off = distances(field, found)
     assert np.quantile(off, 0.99) < bound and off.max() < 1.5 * bound
@@ -93,7 +89,7 @@ def test_the_deviation_takes_in_chords_of_bent_faces_with_edges():
 
 def share_within(surface: Surface, distance) -> float:
     """Fraction of random points of triangles that are within 1.96 deviations by ``distance``."""
-    points, face = trimesh.sample.sample_surface(as_mesh(surface), 5000, seed=0)
+    points, face = trimesh.sample.sample_surface(surface.to_trimesh(), 5000, seed=0)
     deviation = surface.deviation[surface.faces[face]].mean(axis=1)
     return float((np.abs(distance(points)) <= SURE * deviation).mean())
 
@@ -112,7 +108,7 @@ def test_triangles_lie_about_the_surface():
     volume = np.pi * 4.0 / 3.0 * AXES.prod()
     seen = field.at(found.vertices)
     inscribed = replace(found, vertices=found.vertices - seen.distance[:, None] * seen.normal)
-    errors = [as_mesh(surface).volume - volume for surface in (inscribed, found)]
+    errors = [surface.to_trimesh().volume - volume for surface in (inscribed, found)]
     assert errors[0] < 0.0 and abs(errors[1]) < abs(errors[0]) / 2.0
     # What vertices are moved counts as deviation.
     assert np.all(found.deviation >= 0.99 * np.abs(seen.distance))
@@ -141,7 +137,7 @@ def test_the_circles_at_the_ends_of_a_cylinder_are_refined_with_its_side():
     body, bound = known_body("cylinder", 30), 1.25e-4 * RADIUS
     drawn = body_surface(body, RADIUS / 8.0)
     found = refined(body, drawn, bound)
-    mesh = as_mesh(found)
+    mesh = found.to_trimesh()
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2
     assert _off_circles(body, drawn).max() > 10.0 * bound
     assert _off_circles(body, found).max() < bound
@@ -150,7 +146,7 @@ def test_the_circles_at_the_ends_of_a_cylinder_are_refined_with_its_side():
 def _off_circles(body, surface) -> np.ndarray:
     """Distances of the middles of edges at which triangles turn from the farther of two faces."""
     ends, sides = edges_of(surface.faces)
-    normals = as_mesh(surface).face_normals[triangles_beside(sides, len(ends))]
+    normals = surface.to_trimesh().face_normals[triangles_beside(sides, len(ends))]
     middles = surface.vertices[ends[normals.prod(axis=1).sum(axis=1) < 0.5]].mean(axis=1)
     # The third face is the other end of the cylinder.
     return np.sort(np.abs(body.field.trees.all_distances(middles)), axis=1)[:, 1]
@@ -172,4 +168,4 @@ def test_a_rounding_narrower_than_the_cubes_is_refined():
 
 def _random_points(surface, count: int) -> np.ndarray:
     """Random points (n, 3) of a surface."""
-    return trimesh.sample.sample_surface(as_mesh(surface), count, seed=0)[0]
+    return trimesh.sample.sample_surface(surface.to_trimesh(), count, seed=0)[0]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.meshes import euler_number, surface_of
 from touchatlas.atlas.mesh.handles import handle_count, short_loops, without_small_handles
 from touchatlas.atlas.mesh.mend import diameter
 from touchatlas.atlas.records.surface import Surface
@@ -20,17 +21,9 @@ _AXIS, _ROUND = np.linspace(-1.094, 1.7, 83), 0.03
 NO_RIMS = Rims(SamplePool())
 
 
-def surface_of(vertices, faces) -> Surface:
+def triangles(vertices, faces) -> Surface:
     """A Surface of triangles alone."""
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    return Surface(
-        vertices,
-        faces,
-        np.array(mesh.vertex_normals),
-        np.full(len(vertices), 0.01),
-        np.zeros(len(vertices), int),
-        np.ones(len(vertices)),
-    )
+    return surface_of(trimesh.Trimesh(vertices, faces, process=False), 0.01, 1.0)
 
 
 @lru_cache
@@ -49,11 +42,7 @@ def ball_with_rings(*radii: float) -> Surface:
         value = -_ROUND * np.logaddexp(-value / _ROUND, -ring / _ROUND)
     vertices, faces, *_ = igl.marching_cubes(value, grid, *3 * [len(_AXIS)], 0.0)
     assert len(igl.split_nonmanifold(faces)[1]) == len(vertices)
-    return surface_of(vertices, faces)
-
-
-def euler_number(surface: Surface) -> int:
-    return int(trimesh.Trimesh(surface.vertices, surface.faces, process=False).euler_number)
+    return triangles(vertices, faces)
 
 
 def test_small_handles_are_cut_and_large_ones_stay():
@@ -64,7 +53,7 @@ def test_small_handles_are_cut_and_large_ones_stay():
     mended = without_small_handles(body, NO_RIMS, 0.15)
     assert handle_count(mended) == 1 and euler_number(mended) == 0
     assert len(mended.closed_holes) == 2
-    mesh = trimesh.Trimesh(mended.vertices, mended.faces, process=False)
+    mesh = mended.to_trimesh()
     assert mesh.is_watertight and mesh.is_winding_consistent and mesh.body_count == 1
     # Only vertices at the loops are gone, and the new ones lie among them.
     assert np.abs(np.linalg.norm(mended.closed_holes, axis=1) - 1.0).max() < 0.3
@@ -82,7 +71,7 @@ def test_what_has_no_small_handle_stays_as_it_is():
 def test_a_handle_that_would_stay_open_leaves_others_to_be_cut():
     """Holes of a tenth of the body at most are closed. A loop round the larger ring is wider."""
     found = without_small_handles(ball_with_rings(0.15, 0.45), NO_RIMS, 10.0)
-    assert trimesh.Trimesh(found.vertices, found.faces, process=False).is_watertight
+    assert found.to_trimesh().is_watertight
     assert handle_count(found) == 1
 
 
@@ -90,23 +79,23 @@ def beside(first: Surface, second: Surface) -> Surface:
     """Both surfaces as one."""
     count = len(first.vertices)
     vertices = np.concatenate([first.vertices, second.vertices])
-    return surface_of(vertices, np.concatenate([first.faces, second.faces + count]))
+    return triangles(vertices, np.concatenate([first.faces, second.faces + count]))
 
 
 def test_a_small_body_beside_leaves_others_to_be_cut():
     """A copy at a fifth of the size, four beside: what is a small hole of both is none of the copy,
     and stays open there."""
     body = ball_with_rings(0.15)
-    small = surface_of(0.2 * body.vertices + np.array([4.0, 0.0, 0.0]), body.faces)
+    small = triangles(0.2 * body.vertices + np.array([4.0, 0.0, 0.0]), body.faces)
     found = without_small_handles(beside(body, small), NO_RIMS, 0.15)
     assert handle_count(found) < 2
-    assert trimesh.Trimesh(found.vertices, found.faces, process=False).is_watertight
+    assert found.to_trimesh().is_watertight
 
 
 def test_a_small_open_piece_is_looked_through_once():
     """A torus smaller than a patch, without one triangle: its region is all of it in the end."""
     ring = trimesh.creation.torus(0.06, 0.02, major_sections=24, minor_sections=12)
-    piece = surface_of(np.array(ring.vertices) + [4.0, 0.0, 0.0], np.array(ring.faces)[1:])
+    piece = triangles(np.array(ring.vertices) + [4.0, 0.0, 0.0], np.array(ring.faces)[1:])
     both = beside(ball_with_rings(), piece)
     assert handle_count(without_small_handles(both, NO_RIMS, 0.1)) <= 1
 
@@ -137,6 +126,6 @@ def test_a_torus_has_the_loops_around_its_tube_and_its_hole():
 def test_a_handle_whose_cut_would_stay_open_is_not_cut():
     """A torus with a tube as thick as its hole: the two ends are too wide to be closed."""
     mesh = trimesh.creation.torus(2.0, 1.0, major_sections=60, minor_sections=40)
-    body = surface_of(np.array(mesh.vertices), np.array(mesh.faces))
+    body = surface_of(mesh, 0.01, 1.0)
     assert handle_count(body) == 1
     assert without_small_handles(body, NO_RIMS, 10.0) is body

@@ -3,6 +3,7 @@
 import numpy as np
 import trimesh
 
+from tests.meshes import surface_of
 from touchatlas.atlas.mesh.mend import without_stray_pieces
 from touchatlas.atlas.records.surface import Surface
 
@@ -14,16 +15,11 @@ def balls(*places_and_radii) -> Surface:
         ball = trimesh.creation.icosphere(subdivisions=2, radius=radius)
         ball.apply_translation([place, 0.0, 0.0])
         parts.append(ball)
-    mesh = trimesh.util.concatenate(parts)
-    none = np.zeros(len(mesh.vertices))
-    return Surface(
-        *(np.array(mesh.vertices), np.array(mesh.faces), np.array(mesh.vertex_normals)),
-        *(none, none.astype(int), none),
-    )
+    return surface_of(trimesh.util.concatenate(parts))
 
 
 def pieces(surface: Surface) -> int:
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    mesh = surface.to_trimesh()
     assert mesh.is_watertight
     return int(mesh.body_count)
 
