@@ -47,8 +47,15 @@ def touchatlas(*arguments, cwd) -> subprocess.CompletedProcess:
     return subprocess.CompletedProcess(words, code, out.getvalue(), errors.getvalue())
 
 
+def ran(*arguments, cwd) -> subprocess.CompletedProcess:
+    """The same of a command that has to succeed."""
+    done = touchatlas(*arguments, cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
 def touchatlas_process(*arguments, cwd, process=PROCESS) -> subprocess.CompletedProcess:
-    """The same of a command in a process of its own."""
+    """What `touchatlas` gives, of a command in a process of its own."""
     return subprocess.run([*process, *map(str, arguments)], cwd=cwd, capture_output=True, text=True)
 
 

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from tests.command import WHOLE_RUN, progress_lines, touchatlas
+from tests.command import WHOLE_RUN, progress_lines, ran
 from tests.kept import kept_once
 from touchatlas.sim.judge.truth import EvaluateOptions
 from touchatlas.sim.run import conclusion
@@ -65,8 +65,7 @@ def no_processes():
 def _whole_run() -> tuple[dict[str, bytes], str]:
     """The files of a whole run, and what the command printed."""
     with TemporaryDirectory() as folder:
-        done = touchatlas(*WHOLE_RUN, "--out", "run", cwd=folder)
-        assert done.returncode == 0, done.stderr
+        done = ran(*WHOLE_RUN, "--out", "run", cwd=folder)
         assert set(done.stderr.splitlines()) == set(progress_lines(done.stderr)), done.stderr
         files = {path.name: path.read_bytes() for path in Path(folder, "run").iterdir()}
     return files, done.stdout

@@ -17,6 +17,7 @@ from tests.command import (
     WHOLE_RUN,
     assert_refused,
     progress_lines,
+    ran,
     touchatlas,
     touchatlas_process,
 )
@@ -71,8 +72,7 @@ def test_one_seed_gives_byte_identical_runs_in_any_process(whole_run, tmp_path):
 def test_evaluate_compares_any_two_meshes(tmp_path):
     trimesh.creation.icosphere(subdivisions=4, radius=1.0).export(tmp_path / "a.stl")
     trimesh.creation.icosphere(subdivisions=4, radius=1.1).export(tmp_path / "b.ply")
-    done = touchatlas("evaluate", "a.stl", "--truth", "b.ply", "--json", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = ran("evaluate", "a.stl", "--truth", "b.ply", "--json", cwd=tmp_path)
     assert json.loads(done.stdout)["chamfer"] == pytest.approx(0.1, abs=0.005)
 
 
@@ -81,10 +81,7 @@ def test_open_mesh_works_and_says_so(tmp_path):
     mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
     mesh.update_faces(mesh.triangles_center[:, 2] > 10.0)
     mesh.export(tmp_path / "cap.ply")
-    done = touchatlas(
-        "explore", "cap.ply", "--out", "r", "--json", "--max-touches", 8, cwd=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
+    done = ran("explore", "cap.ply", "--out", "r", "--json", "--max-touches", 8, cwd=tmp_path)
     assert "open mesh" in done.stderr
     numbers = json.loads(done.stdout)
     assert numbers["true_euler_characteristic"] is None
@@ -268,8 +265,7 @@ def _mesh_run(tmp_path_factory):
     mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
     mesh.apply_scale([1.0, 0.5, 0.3])
     mesh.export(folder / "a[red]b.ply")
-    done = touchatlas("explore", "a[red]b.ply", *FEW, "--out", "[r]", "--json", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    done = ran("explore", "a[red]b.ply", *FEW, "--out", "[r]", "--json", cwd=folder)
     progress = set(progress_lines(done.stderr))
     said = [line for line in done.stderr.splitlines() if line not in progress]
     said = [line for line in said if "met nothing" not in line]
@@ -317,8 +313,7 @@ def test_a_run_is_not_compared_with_a_mesh_that_has_changed_unless_it_is_named(m
     settings.write_text(settings.read_text().replace('digest = "', 'digest = "other'))
     done = touchatlas("evaluate", "[r]", "--json", cwd=folder)
     assert_refused(done, 2, "a[red]b.ply has changed since the run was made")
-    done = touchatlas("evaluate", "[r]", "--truth", "a[red]b.ply", "--json", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    done = ran("evaluate", "[r]", "--truth", "a[red]b.ply", "--json", cwd=folder)
 
 
 def test_a_run_whose_mesh_is_gone_shows_what_was_measured_at_its_end(mesh_run):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.command import PROCESS, assert_refused, touchatlas
+from tests.command import PROCESS, assert_refused, ran, touchatlas
 from tests.explored import explored, learned
 from touchatlas.atlas import save_atlas
 
@@ -26,19 +26,17 @@ def runs(tmp_path_factory):
 
 def test_export_writes_a_step_file_and_its_numbers(runs):
     pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
-    done = touchatlas("export", "a", "a.step", "--json", cwd=runs)
-    assert done.returncode == 0, done.stderr
+    done = ran("export", "a", "a.step", "--json", cwd=runs)
     numbers = json.loads(done.stdout)
     assert numbers["faces"] == numbers["triangles"] >= 4
     assert numbers["solids"] + numbers["open_shells"] >= 1
     assert (runs / "a.step").read_bytes().startswith(b"ISO-10303-21;")
-    assert touchatlas("export", "a", "a.step", cwd=runs).returncode == 0
+    ran("export", "a", "a.step", cwd=runs)
 
 
 @pytest.mark.parametrize("name", ["faces.json", "faces.graphml"])
 def test_export_writes_the_graph_of_faces(runs, name):
-    done = touchatlas("export", "a", name, "--json", cwd=runs)
-    assert done.returncode == 0, done.stderr
+    done = ran("export", "a", name, "--json", cwd=runs)
     numbers = json.loads(done.stdout)
     text = (runs / name).read_text()
     if name.endswith("json"):
@@ -51,7 +49,7 @@ def test_export_writes_the_graph_of_faces(runs, name):
 
 
 def test_the_table_of_faces_is_csv(runs):
-    assert touchatlas("export", "a", "faces.csv", cwd=runs).returncode == 0
+    ran("export", "a", "faces.csv", cwd=runs)
     with open(runs / "faces.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert rows and {"face", "kind", "words", "samples", "x", "y", "z"} <= rows[0].keys()
@@ -63,8 +61,7 @@ def test_triangles_are_written_in_the_unit_of_the_format(runs, unit, metres):
     """A ball of radius 33, glTF in metres and 3MF in millimetres, read by trimesh."""
     pytest.importorskip("lxml")
     for name, scale in (("a.glb", metres), ("a.3mf", 1e3 * metres)):
-        done = touchatlas("export", "a", name, "--unit", unit, cwd=runs)
-        assert done.returncode == 0, done.stderr
+        ran("export", "a", name, "--unit", unit, cwd=runs)
         mesh = trimesh.load(runs / name, force="mesh")
         # The middle of the ball is the origin; four touches know it to some tolerances of 0.3.
         radius = np.linalg.norm(mesh.vertices, axis=1).max() / scale

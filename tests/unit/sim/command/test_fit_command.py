@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.command import assert_refused, touchatlas
+from tests.command import assert_refused, ran, touchatlas
 from tests.truths import (
     BALL_RADIUS,
     ball_height,
@@ -239,8 +239,7 @@ def test_table_and_a_sentence_for_each_flag(folder):
 def test_out_holds_numbers_surface_and_picture(folder, tmp_path):
     out = tmp_path / "new" / "o"
     outward = "--outward=" + ",".join(map(str, ROTATION[:, 2]))
-    done = touchatlas("fit", "exact.csv", "--noise", 0, outward, "--out", out, cwd=folder)
-    assert done.returncode == 0, done.stderr
+    ran("fit", "exact.csv", "--noise", 0, outward, "--out", out, cwd=folder)
     assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
     numbers = json.loads((out / "patch.json").read_text())
     mesh = trimesh.load(out / "patch.ply", process=False)

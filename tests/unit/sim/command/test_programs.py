@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.command import assert_refused, touchatlas
+from tests.command import assert_refused, ran, touchatlas
 from tests.unit.planner.drivers.linuxcnc_logs import log_of
 from touchatlas.planner.tracking.options import TriggerOptions
 from touchatlas.sim.run.learning import pending_plans
@@ -15,8 +15,7 @@ def folder(tmp_path):
     """A run that begins above a ball, its first plan as a program, and the tip."""
     (tmp_path / "probe.toml").write_text(f"[tip]\nradius = {TIP}\nnoise_std = 0.003\n")
     start = ("--start", "0,0,20", "--outward", "0,0,1", "--noise", 0.003, "--tolerance", 0.2)
-    done = touchatlas("next", "run", *start, "--program", "probe.ngc", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    ran("next", "run", *start, "--program", "probe.ngc", cwd=tmp_path)
     return tmp_path
 
 
@@ -24,7 +23,7 @@ def test_the_log_of_a_program_is_an_answer_to_its_plan(folder):
     assert "(PROBEOPEN touch-0000.txt)" in (folder / "probe.ngc").read_text()
     again = ("next", "run", "--program", "probe.ngc")
     assert_refused(touchatlas(*again, cwd=folder), 2, "give another --program, or --force")
-    assert touchatlas(*again, "--force", cwd=folder).returncode == 0
+    ran(*again, "--force", cwd=folder)
     plan = pending_plans(folder / "run")[0]
     log = folder / "touch-0000.txt"
     log.write_text(log_of(plan, TriggerOptions(), BALL + TIP))
@@ -34,8 +33,7 @@ def test_the_log_of_a_program_is_an_answer_to_its_plan(folder):
         (("learn", "run", "touch-0007.txt", "--tip", "probe.toml"), "plan 7, which is not pending"),
     ):
         assert_refused(touchatlas(*words, cwd=folder), 2, said)
-    done = touchatlas("learn", "run", log.name, "--tip", "probe.toml", "--no-draw", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    ran("learn", "run", log.name, "--tip", "probe.toml", "--no-draw", cwd=folder)
     assert 0 not in pending_plans(folder / "run")
 
 

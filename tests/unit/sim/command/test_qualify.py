@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.command import assert_refused, touchatlas
+from tests.command import assert_refused, ran, touchatlas
 from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.planner.drivers.qualification import pattern_1x25
 
@@ -39,10 +39,7 @@ def folder(tmp_path_factory):
 
 
 def test_points_tell_radius_and_form(folder):
-    done = touchatlas(
-        *("qualify", "points.csv", "--ball", BALL, "--radius", 0.99, "--json"), cwd=folder
-    )
-    assert done.returncode == 0, done.stderr
+    done = ran(*("qualify", "points.csv", "--ball", BALL, "--radius", 0.99, "--json"), cwd=folder)
     found = json.loads(done.stdout)
     # The file has six digits.
     assert found["radius"] == pytest.approx(TIP, abs=2e-6)
@@ -57,8 +54,7 @@ def test_points_tell_radius_and_form(folder):
 
 def test_a_recording_tells_stiffness_too(folder):
     """Readings in the air are left out."""
-    done = touchatlas("qualify", "scan.csv", "--ball", BALL, "--out", "scan.toml", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    done = ran("qualify", "scan.csv", "--ball", BALL, "--out", "scan.toml", cwd=folder)
     assert "P_Form.Sph.Scan" in done.stdout
     tip = read_tip(folder / "scan.toml", "mm")
     assert abs(tip.radius - TIP) < 4 * tip.radius_std < 0.004
@@ -70,8 +66,7 @@ def test_a_simulated_trigger_is_qualified(folder):
     """A measuring machine's: pre-travel 0.01 mm and half a period at 10 mm/s, 0.005, in the mean;
     its lobes of 0.004 are the form. What its ball truly is differs by 0.0005 from 2 mm."""
     words = ("trigger", "--ball", BALL, "--machine", "measuring", "--out", "trigger.toml")
-    done = touchatlas("qualify", *words, "--json", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    done = ran("qualify", *words, "--json", cwd=folder)
     found = json.loads(done.stdout)
     assert found["radius"] == pytest.approx(2.0 - 0.01 - 0.0025, abs=5 * found["radius_std"] + 2e-3)
     assert 0.004 < found["P_Form.Sph.1x25"] < 0.03
@@ -82,12 +77,11 @@ def test_a_simulated_trigger_is_qualified(folder):
 def test_a_simulated_scanning_probe_is_qualified_and_then_explores(folder):
     """Radius and stiffness are drawn about 2 mm and 2 N/mm with 0.0005 and 1 %."""
     words = ("scanning", "--ball", BALL, "--machine", "measuring", "--out", "head.toml")
-    assert touchatlas("qualify", *words, cwd=folder).returncode == 0
+    ran("qualify", *words, cwd=folder)
     tip = read_tip(folder / "head.toml")
     assert abs(tip.radius - 2.0) < 4 * 0.0005 and abs(tip.stiffness - 2.0) < 4 * 0.02
     run = ("explore", "sphere", "--options", "head.toml", "--max-touches", 1, "--tolerance", 2)
-    done = touchatlas(*run, "--out", "run", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    ran(*run, "--out", "run", cwd=folder)
     assert 'name = "scanning"' in (folder / "run" / "run.toml").read_text()
 
 

@@ -6,7 +6,7 @@ import shutil
 import pytest
 import trimesh
 
-from tests.command import assert_refused, touchatlas
+from tests.command import assert_refused, ran, touchatlas
 from touchatlas.atlas import load_atlas
 from touchatlas.sim.study.cells import LIMITED, Answer
 from touchatlas.sim.study.workers import Here
@@ -24,8 +24,7 @@ def test_regions_of_a_run_become_one_atlas_as_sure_as_its_own(run):
     """The ball of a run is one face by either way, and both tell the truth of the same touches: a
     quarter of the tolerance holds three deviations of a finished ball."""
     asked = "regions", "a", "--most", "4", "--workers", "0", "--json"
-    done = touchatlas(*asked, cwd=run)
-    assert done.returncode == 0, done.stderr
+    done = ran(*asked, cwd=run)
     numbers = json.loads(done.stdout)
     whole, atlas = (load_atlas(run / "a" / name) for name in ("atlas.npz", "regions/atlas.npz"))
     assert numbers["touches"] == atlas.touches == whole.touches
@@ -55,7 +54,7 @@ def test_regions_refuses_what_it_cannot_do(run, arguments, words):
 def test_a_folder_of_regions_is_no_run_and_says_whose_it_is(run, tmp_path, command):
     """Without a surface it cannot be evaluated either."""
     shutil.copytree(run / "a", tmp_path / "a")
-    assert touchatlas("regions", "a", "--workers", "0", cwd=tmp_path).returncode == 0
+    ran("regions", "a", "--workers", "0", cwd=tmp_path)
     (tmp_path / "a" / "regions" / "surface.ply").unlink()
     held = contents(tmp_path)
     words = "a/regions is for the regions of a, and has no touches: touchatlas regions a learns"
@@ -67,7 +66,7 @@ def test_regions_of_another_run_are_replaced_by_force_alone(run, tmp_path):
     for name in ("a", "b"):
         shutil.copytree(run / "a", tmp_path / name, ignore=shutil.ignore_patterns("regions"))
     asked = "--workers", "0", "--out", "both"
-    assert touchatlas("regions", "a", *asked, cwd=tmp_path).returncode == 0
+    ran("regions", "a", *asked, cwd=tmp_path)
     held = contents(tmp_path)
     done = touchatlas("regions", "b", *asked, cwd=tmp_path)
     assert_refused(done, 2, "both already holds regions of a; choose another --out, or --force")
@@ -76,13 +75,12 @@ def test_regions_of_another_run_are_replaced_by_force_alone(run, tmp_path):
     done = touchatlas("regions", "b", "--out", "a", "--force", cwd=tmp_path)
     assert_refused(done, 2, "a holds run.toml, atlas.npz, surface.ply, of no set of regions")
     assert contents(tmp_path) == held
-    assert touchatlas("regions", "b", *asked, "--force", cwd=tmp_path).returncode == 0
+    ran("regions", "b", *asked, "--force", cwd=tmp_path)
     # A run and its regions may be moved together.
     (tmp_path / "new").mkdir()
     for name in ("b", "both"):
         (tmp_path / name).rename(tmp_path / "new" / name)
-    done = touchatlas("regions", "new/b", *asked[:3], "new/both", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = ran("regions", "new/b", *asked[:3], "new/both", cwd=tmp_path)
 
 
 def test_a_region_that_exceeds_its_limit_is_a_failure(run, tmp_path, monkeypatch):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from tests.command import assert_refused, touchatlas
+from tests.command import assert_refused, ran, touchatlas
 from touchatlas.planner import PlannerOptions
 from touchatlas.sim.command.explore import default_folder
 from touchatlas.sim.folder.option_tables import (
@@ -72,8 +72,7 @@ def test_a_wrong_file_is_refused_in_one_sentence(tmp_path, text, words):
 def test_flags_come_after_the_file_and_both_are_in_run_toml(tmp_path):
     (tmp_path / "o.toml").write_text("tolerance = 0.5\nmax_touches = 5\n[planner]\ncurves = 5\n")
     words = ["--options", "o.toml", "--max-touches", 1, "--atlas.facets", 0.5, "--out", "r"]
-    done = touchatlas("explore", "sphere", *words, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    ran("explore", "sphere", *words, cwd=tmp_path)
     found = read_options(tmp_path / "r" / "run.toml", RunOptions(), ("object", "versions"))
     assert (found.tolerance, found.max_touches, found.planner.curves) == (0.5, 1, 5)
     assert found.atlas == replace(RunOptions().atlas, facets=0.5)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.command import touchatlas
+from tests.command import ran
 from touchatlas.sim import Journal, Probe, make_object
 from touchatlas.sim.folder.plan_files import touch_as_dict
 from touchatlas.sim.run.learning import pending_plans
@@ -14,8 +14,7 @@ from touchatlas.sim.run.work import random_streams
 
 def explored(folder, name, noise, tolerance, budget):
     words = "--noise", noise, "--tolerance", tolerance, *budget
-    done = touchatlas("explore", name, *words, "--out", "explored", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    ran("explore", name, *words, "--out", "explored", cwd=folder)
     return folder / "explored"
 
 
@@ -28,14 +27,12 @@ def answered(folder, name, noise, tolerance, most):
     words = [f"--{key}={','.join(map(repr, np.array(v).tolist()))}" for key, v in write.items()]
     begin = *words, "--noise", noise, "--tolerance", tolerance
     for number in range(most):
-        done = touchatlas("next", run, "--json", *(begin if number == 0 else ()), cwd=folder)
-        assert done.returncode == 0, done.stderr
+        done = ran("next", run, "--json", *(begin if number == 0 else ()), cwd=folder)
         if not json.loads(done.stdout)["plans"]:
             break
         [plan] = pending_plans(run).values()
         (folder / "answer.json").write_text(json.dumps([touch_as_dict(probe(plan))]))
-        done = touchatlas("learn", run, "answer.json", "--no-draw", cwd=folder)
-        assert done.returncode == 0, done.stderr
+        done = ran("learn", run, "answer.json", "--no-draw", cwd=folder)
     return run
 
 
@@ -58,6 +55,5 @@ def test_next_and_learn_explore_as_explore_does(tmp_path, name, noise, tolerance
         assert first.contact.tobytes() == second.contact.tobytes()
         for a, b in zip(first.contours, second.contours, strict=True):
             assert a.points.tobytes() == b.points.tobytes() and a.ends == b.ends
-    done = touchatlas("learn", other, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    ran("learn", other, cwd=tmp_path)
     assert (one / "atlas.npz").read_bytes() == (other / "atlas.npz").read_bytes()
