@@ -1,7 +1,7 @@
 """Bodies of planes, cylinders and spheres, touched at places spread evenly, as an atlas
 keeps them, without an atlas."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import trimesh
@@ -24,47 +24,33 @@ HALF = np.array([30.0, 20.0, 15.0])
 RADIUS, HALF_HEIGHT = 20.0, 25.0
 # Half of the sides of a plate, the third of which is its thickness.
 PLATE = np.array([30.0, 20.0, 2.0])
-# Profile of a step, and triangles that fill it; the edge at (30, 20) is concave.
-STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 40], [30, 40], [30, 20], [0, 20]], float)
-_STEP_TRIANGLES = np.array([[0, 1, 5], [0, 5, 6], [1, 2, 3], [1, 3, 5], [5, 3, 4]])
-# Profile of a block with a step lower than the steps of contours, which gets no face of its own.
-LOW_STEP = np.array([[0, 0], [30, 0], [60, 0], [60, 20], [30, 20], [30, 19.6], [0, 19.6]], float)
-# Profile of three stairs, and triangles that fill it.
-STAIRS = np.array(
-    [[0, 0], [20, 0], [40, 0], [60, 0], [60, 10], [40, 10], [40, 20], [20, 20], [20, 30], [0, 30]],
-    float,
-)
-_STAIRS_TRIANGLES = np.array(
-    [[0, 1, 9], [1, 8, 9], [1, 7, 8], [1, 2, 7], [2, 6, 7], [2, 5, 6], [2, 3, 5], [3, 4, 5]]
-)
-# Profile of a block with a T-slot, as a machine table has, and triangles that fill it.
-TSLOT = np.array(
-    [[-30, 0], [30, 0], [30, 34], [6, 34], [6, 22], [16, 22], [16, 12]]
-    + [[-16, 12], [-16, 22], [-6, 22], [-6, 34], [-30, 34]],
-    float,
-)
-_TSLOT_TRIANGLES = np.array(
-    [[0, 1, 6], [0, 6, 7], [1, 2, 5], [1, 5, 6], [2, 3, 4], [2, 4, 5]]
-    + [[0, 7, 8], [0, 8, 11], [11, 8, 9], [11, 9, 10]]
-)
-# Profile of two blocks beside each other, joined by a neck, and triangles that fill it: of the line
-# y = 0 one part faces up and the other down.
-TWO_BLOCKS = np.array(
-    [[-30, -20], [-5, -20], [5, -20], [5, 0], [30, 0], [30, 20], [5, 20], [-5, 20], [-5, 0]]
-    + [[-30, 0]],
-    float,
-)
-_TWO_BLOCKS_TRIANGLES = np.array(
-    [[0, 1, 8], [0, 8, 9], [1, 2, 3], [1, 3, 8], [8, 3, 6], [8, 6, 7], [3, 4, 5], [3, 5, 6]]
-)
-# Profile of a wall on a slab, and triangles that fill it.
-WALL = np.array(
-    [[-30, 0], [-4, 0], [4, 0], [30, 0], [30, 4], [4, 4], [4, 24], [-4, 24], [-4, 4], [-30, 4]],
-    float,
-)
-_WALL_TRIANGLES = np.array(
-    [[0, 1, 8], [0, 8, 9], [1, 2, 5], [1, 5, 8], [2, 3, 4], [2, 4, 5], [8, 5, 6], [8, 6, 7]]
-)
+# Corners of profiles, triangles of corners that fill them, counted from 0 to b, and heights.
+_PROFILES = {
+    # The edge at (30, 20) is concave.
+    "step": ("0,0 30,0 60,0 60,40 30,40 30,20 0,20", "015 056 123 135 534", 30.0),
+    "stairs": (
+        "0,0 20,0 40,0 60,0 60,10 40,10 40,20 20,20 20,30 0,30",
+        "019 189 178 127 267 256 235 345",
+        40.0,
+    ),
+    # As a machine table has it.
+    "T-slot": (
+        "-30,0 30,0 30,34 6,34 6,22 16,22 16,12 -16,12 -16,22 -6,22 -6,34 -30,34",
+        "016 067 125 156 234 245 078 08b b89 b9a",
+        40.0,
+    ),
+    # Joined by a neck: of the line y = 0 one part faces up and the other down.
+    "two blocks": (
+        "-30,-20 -5,-20 5,-20 5,0 30,0 30,20 5,20 -5,20 -5,0 -30,0",
+        "018 089 123 138 836 867 345 356",
+        30.0,
+    ),
+    "wall on a slab": (
+        "-30,0 -4,0 4,0 30,0 30,4 4,4 4,24 -4,24 -4,4 -30,4",
+        "018 089 125 158 234 245 856 867",
+        30.0,
+    ),
+}
 # Radius of the edges of a rounded box, of the concave edge of two filleted steps, and of the
 # upright edges of a column on a slab.
 BLUNT, FILLET, WIDE_FILLET, COLUMN = 2.0, 3.0, 8.0, 6.0
@@ -80,6 +66,16 @@ _REACH, _SAMPLES = 16.0, 16
 NOISE = 0.02
 
 
+def _profile(name: str) -> np.ndarray:
+    return np.array([corner.split(",") for corner in _PROFILES[name][0].split()], float)
+
+
+def _prism(name: str) -> trimesh.Trimesh:
+    _, triangles, height = _PROFILES[name]
+    faces = np.array([[int(corner, 12) for corner in triangle] for triangle in triangles.split()])
+    return trimesh.creation.extrude_triangulation(_profile(name), faces, height=height)
+
+
 def _ring(radius: float, height: float) -> np.ndarray:
     """(256, 3) points of a circle about the z-axis."""
     angle = np.arange(256) / 256 * 2.0 * np.pi
@@ -93,7 +89,8 @@ def _filleted(radius: float) -> trimesh.Trimesh:
     angle = np.linspace(0.0, 0.5 * np.pi, 65)[:, None]
     centre = np.array([30.0 - radius, 20.0 + radius])
     arc = centre + radius * np.hstack([np.cos(angle), -np.sin(angle)])
-    around = np.concatenate([STEP[:5], arc, STEP[6:]])
+    step = _profile("step")
+    around = np.concatenate([step[:5], arc, step[6:]])
     following = np.roll(np.arange(len(around)), -1)
     fan = np.stack([np.full(len(around), len(around)), np.arange(len(around)), following], axis=1)
     # All of the profile is seen from the point in the taller block.
@@ -266,20 +263,7 @@ _MESHES = {
     "plate": lambda: trimesh.creation.box(2.0 * PLATE),
     # Chords of so many sections lie 1.5e-3 within the circle, less than a tenth of the noise.
     "cylinder": lambda: trimesh.creation.cylinder(RADIUS, 2.0 * HALF_HEIGHT, sections=256),
-    "step": lambda: trimesh.creation.extrude_triangulation(STEP, _STEP_TRIANGLES, height=30.0),
-    "low step": lambda: trimesh.creation.extrude_triangulation(
-        LOW_STEP, _STEP_TRIANGLES, height=30.0
-    ),
-    "stairs": lambda: trimesh.creation.extrude_triangulation(
-        STAIRS, _STAIRS_TRIANGLES, height=40.0
-    ),
-    "T-slot": lambda: trimesh.creation.extrude_triangulation(TSLOT, _TSLOT_TRIANGLES, height=40.0),
-    "wall on a slab": lambda: trimesh.creation.extrude_triangulation(
-        WALL, _WALL_TRIANGLES, height=30.0
-    ),
-    "two blocks": lambda: trimesh.creation.extrude_triangulation(
-        TWO_BLOCKS, _TWO_BLOCKS_TRIANGLES, height=30.0
-    ),
+    **{name: partial(_prism, name) for name in _PROFILES},
     "ellipsoid": _ellipsoid,
     "egg": _egg,
     "dome": _dome,
