@@ -16,11 +16,31 @@ from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.run_options import RunOptions, check_effort, fit_scale
 
 
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "journal.sqlite"
+
+
+def touches_of_a_ball(count=1):
+    """Plans of a ball, the touches that answer them, and the state of the probe after each."""
+    ball, atlas = make_object("sphere"), Atlas(0.5)
+    probe, planner = Probe(ball, 0.02, np.random.default_rng(0)), Planner(*ball.start())
+    for _ in range(count):
+        plan = planner.ask(atlas)
+        touch = probe(plan)
+        yield plan, touch, probe.state()
+        planner.tell(touch, atlas.add(touch))
+
+
+def altered(path, change):
+    with closing(sqlite3.connect(path)) as journal:
+        journal.execute(change)
+        journal.commit()
+
+
 def test_what_is_no_journal_is_refused(tmp_path):
     (tmp_path / "junk").write_bytes(b"junk" * 300)
-    with closing(sqlite3.connect(tmp_path / "other.db")) as other:
-        other.execute("create table mine (a)")
-        other.commit()
+    altered(tmp_path / "other.db", "create table mine (a)")
     for name in ("junk", "other.db"):
         before = (tmp_path / name).read_bytes()
         with pytest.raises(ValueError, match=f"{name} is no whole journal of a run"):
@@ -34,11 +54,9 @@ def test_what_is_no_journal_is_refused(tmp_path):
         Journal(None)
 
 
-def test_only_the_next_touch_is_written(tmp_path):
+def test_only_the_next_touch_is_written(path):
     """A touch written twice, or after a gap, would make a journal that nobody can read."""
-    ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
-    plan = Planner(*ball.start()).ask(Atlas(0.5))
-    touch = Probe(ball, 0.02, np.random.default_rng(0))(plan)
+    [(plan, touch, _)] = touches_of_a_ball()
     with closing(Journal(path)) as journal:
         for wrong in ((None, touch), (plan, None)):
             with pytest.raises(ValueError, match="give a ProbePlan and the Touch"):
@@ -53,9 +71,8 @@ def test_only_the_next_touch_is_written(tmp_path):
         assert len(journal.touches()) == 1
 
 
-def test_a_journal_that_is_closed_or_locked_is_not_called_damaged(tmp_path, monkeypatch):
+def test_a_journal_that_is_closed_or_locked_is_not_called_damaged(path, monkeypatch):
     monkeypatch.setattr(sqlite3, "connect", partial(sqlite3.connect, timeout=0.01))
-    path = tmp_path / "journal.sqlite"
     with closing(Journal(path)) as journal:
         with closing(sqlite3.connect(path, isolation_level=None)) as other:
             other.execute("begin exclusive")
@@ -80,43 +97,30 @@ def test_a_journal_that_is_closed_or_locked_is_not_called_damaged(tmp_path, monk
         "drop table contour",
     ],
 )
-def test_an_altered_journal_is_refused(tmp_path, change):
-    ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
-    probe, atlas = Probe(ball, 0.02, np.random.default_rng(0)), Atlas(0.5)
-    planner = Planner(*ball.start())
+def test_an_altered_journal_is_refused(path, change):
     with closing(Journal(path)) as journal:
-        for _ in range(2):
-            plan = planner.ask(atlas)
-            touch = probe(plan)
-            journal.append(plan, touch, probe.state())
-            planner.tell(touch, atlas.add(touch))
+        for entry in touches_of_a_ball(2):
+            journal.append(*entry)
         assert len(journal.entries()) == 2
-    with closing(sqlite3.connect(path)) as journal:
-        journal.execute(change)
-        journal.commit()
+    altered(path, change)
     with pytest.raises(ValueError, match="is no whole journal of a run"):
         Journal(path).entries()
 
 
-def test_ways_come_back_and_journals_of_earlier_versions_have_none(tmp_path):
-    ball, path = make_object("sphere"), tmp_path / "journal.sqlite"
-    plan = Planner(*ball.start()).ask(Atlas(0.5))
-    touch = Probe(ball, 0.02, np.random.default_rng(0))(plan)
+def test_ways_come_back_and_journals_of_earlier_versions_have_none(path):
+    [(plan, touch, _)] = touches_of_a_ball()
     assert touch.way is not None
     with closing(Journal(path)) as journal:
         journal.append(plan, touch)
         journal.append(replace(plan, number=1), replace(touch, number=1, way=None))
         one, other = journal.touches()
         assert (one.way == touch.way).all() and other.way is None
-    with closing(sqlite3.connect(path)) as journal:
-        journal.execute("drop table way")
-        journal.commit()
+    altered(path, "drop table way")
     with closing(Journal(path)) as journal:
         assert [one.way for one in journal.touches()] == [None, None]
 
 
-def test_the_settings_of_the_touches_are_kept_as_they_are(tmp_path):
-    path = tmp_path / "journal.sqlite"
+def test_the_settings_of_the_touches_are_kept_as_they_are(path):
     settings = {"seed": np.int64(3), "noise": 0.1 + 0.2, "atlas.facets": np.inf, "object": "cube"}
     with closing(Journal(path)) as journal:
         assert journal.settings() == {}
@@ -126,9 +130,7 @@ def test_the_settings_of_the_touches_are_kept_as_they_are(tmp_path):
     with closing(Journal(path)) as journal:
         journal.keep_settings(settings)
     assert path.read_bytes() == before
-    with closing(sqlite3.connect(path)) as journal:
-        journal.execute("update setting set value = 'odd' where name = 'seed'")
-        journal.commit()
+    altered(path, "update setting set value = 'odd' where name = 'seed'")
     with (
         closing(Journal(path)) as journal,
         pytest.raises(ValueError, match="is no whole journal of a run"),
@@ -168,15 +170,13 @@ def test_a_journal_that_several_open_at_once_is_made_once(tmp_path):
                 assert len(made) == 0
 
 
-def test_a_journal_keeps_tips_and_measured_normals(tmp_path):
-    ball = make_object("sphere")
-    plan = Planner(*ball.start()).ask(Atlas(0.5))
-    touch = Probe(ball, 0.02, np.random.default_rng(0))(plan)
+def test_a_journal_keeps_tips_and_measured_normals(path):
+    [(plan, touch, _)] = touches_of_a_ball()
     first, *others = touch.contours
     normals = first.points / np.linalg.norm(first.points, axis=1)[:, None]
     contours = (replace(first, normals=normals), *others)
     given = replace(touch, contours=contours, tip_radius=2.0, systematic_std=0.005)
-    with closing(Journal(tmp_path / "journal.sqlite")) as journal:
+    with closing(Journal(path)) as journal:
         journal.append(plan, given)
         [held] = journal.touches()
     assert (held.tip_radius, held.systematic_std) == (2.0, 0.005)

@@ -176,6 +176,8 @@ def test_calibration_counts_errors_within_the_predicted_interval():
         ((np.eye(3), np.array([[0, 1, 7]])), 0.1, "does not have"),
         ((np.eye(3)[:, :2], np.array([[0, 1, 2]])), 0.1, "shape"),
         ((np.eye(3), np.array([[0, 1, 2]])), -1.0, "tolerance is -1"),
+        ((np.eye(3), np.array([[0.0, 1.0, 2.4]])), 0.1, "float64"),
+        ((np.ones((3, 3)), np.array([[0, 1, 2]])), 0.1, "no area"),
     ],
 )
 def test_what_is_no_surface_is_refused(surface, tolerance, words):
@@ -236,11 +238,7 @@ def test_a_deviation_that_is_none_is_refused(deviation, words):
         judge(ball(1.0, 2), ball(1.0, 2), 0.1, deviation=deviation)
 
 
-def test_indices_that_are_not_whole_and_surfaces_without_area_are_refused():
-    with pytest.raises(ValueError, match="float64"):
-        judge((np.eye(3), np.array([[0.0, 1.0, 2.4]])), ball(1.0, 2), 0.1)
-    with pytest.raises(ValueError, match="no area"):
-        judge((np.ones((3, 3)), np.array([[0, 1, 2]])), ball(1.0, 2), 0.1)
+def test_a_judgement_of_no_samples_is_refused():
     with pytest.raises(ValueError, match="samples is 0"):
         EvaluateOptions(samples=0)
 

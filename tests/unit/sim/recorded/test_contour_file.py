@@ -100,39 +100,24 @@ def test_missing_and_binary_files_are_refused(tmp_path):
 
 
 SAME = [tuple(line.split(",")) for line in LINES]
+PARTED = [",".join(r[1:]) + "\n" * (r[1] == "5") for r in SAME]
 SLOPPY = {
     "cells are separated by semicolons": ["curve;x;y;z", *(";".join(row) for row in SAME)],
     "cells are separated by tabs": ["curve\tx\ty\tz", *("\t".join(row) for row in SAME)],
     "cells are separated by spaces": ["curve x y z", *("  ".join(row) for row in SAME)],
     "cells are separated by bars": ["curve|x|y|z", *("|".join(row) for row in SAME)],
-    "decimals are written with a comma": [
-        "curve;x;y;z",
-        *(f"{c};{x},0;{y},00;{z},0" for c, x, y, z in SAME),
-    ],
+    "with a comma": ["curve;x;y;z", *(f"{c};{x},0;{y},00;{z},0" for c, x, y, z in SAME)],
     "spaces": ["curve x y z", *(f"{c} {x},0 {y},00 {z},0" for c, x, y, z in SAME)],
     "18 points of 3 curves, in mm": ["curve,x [mm],y [mm],z [mm]", *LINES],
     "18 points of 3 curves, in cm": ["curve,x_cm,y_cm,z_cm", *LINES],
     "18 points of 3 curves, in dm": ["curve,x,y,z", ",dm,[dm],dm", *LINES],
     "x, y, z are px, py, pz; curves by column contour_id": ["contour_id,px,py,pz", *LINES],
-    "lines of words or comment skipped: 1 (4)": [
-        "# hand",
-        "curve,x,y,z",
-        LINES[0],
-        "# now",
-        *LINES[1:],
-    ],
+    "of words or comment skipped: 1 (4)": ["# hand", HEADER, LINES[0], "# now", *LINES[1:]],
     "curves by column curve": ["# curve x y z", *(" ".join(row) for row in SAME)],
     "x, y, z are column 2, column 3, column 4": LINES,
-    "are column 1, column 2, column 3; curves by column 4": [
-        ",".join([*row[1:], row[0]]) for row in SAME
-    ],
-    "x, y, z are x, y, z; curves by empty lines": [
-        "x,y,z",
-        *(",".join(r[1:]) + "\n" * (r[1] == "5") for r in SAME),
-    ],
-    "column 2, column 3; curves by empty lines": [
-        ",".join(r[1:]) + "\n" * (r[1] == "5") for r in SAME
-    ],
+    "column 1, column 2, column 3; curves by column 4": [",".join([*r[1:], r[0]]) for r in SAME],
+    "x, y, z are x, y, z; curves by empty lines": ["x,y,z", *PARTED],
+    "column 2, column 3; curves by empty lines": PARTED,
 }
 
 

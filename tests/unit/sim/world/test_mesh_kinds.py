@@ -51,14 +51,8 @@ def test_concave_polygons_are_cut_inside_of_them(tmp_path, kind, start):
     elif path.suffix == ".obj":
         lines = [f"v {x} {y} {z}" for x, y, z in CORNERS]
         # A long line goes on after a backslash, and may end in a comment.
-        lines += [
-            "f "
-            + " ".join(f"{i + 1}" for i in face[:5])
-            + " \\\n"
-            + " ".join(f"{i + 1}" for i in face[5:])
-            + " # face"
-            for face in faces
-        ]
+        words = [[f"{i + 1}" for i in face] for face in faces]
+        lines += [f"f {' '.join(f[:5])} \\\n{' '.join(f[5:])} # face" for f in words]
         path.write_text("\n".join(lines) + "\n")
     else:
         lines = ["OFF", f"{len(CORNERS)} {len(faces)} 0", *(f"{x} {y} {z}" for x, y, z in CORNERS)]
@@ -219,16 +213,21 @@ def test_3mf_files_keep_their_unit(tmp_path, unit, edge):
     assert obj.unit == edge and obj.area == pytest.approx(24.0)
 
 
-def test_triangles_of_a_step_file_are_within_their_bound_of_its_surface(tmp_path):
-    """A ball bends in both directions. Means of the three corners lie in the triangles."""
-    pytest.importorskip("OCP")
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+def write_step(path, shape):
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
     with silence():
         writer = STEPControl_Writer()
-        writer.Transfer(BRepPrimAPI_MakeSphere(25.0).Shape(), STEPControl_AsIs)
-        writer.Write(str(tmp_path / "ball.step"))
+        writer.Transfer(shape.Shape(), STEPControl_AsIs)
+        writer.Write(str(path))
+
+
+def test_triangles_of_a_step_file_are_within_their_bound_of_its_surface(tmp_path):
+    """A ball bends in both directions. Means of the three corners lie in the triangles."""
+    pytest.importorskip("OCP")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+
+    write_step(tmp_path / "ball.step", BRepPrimAPI_MakeSphere(25.0))
     for sagitta in (1e-3, 1e-4):
         vertices, faces, _ = load_step(tmp_path / "ball.step", sagitta)
         inside = 25.0 - np.linalg.norm(vertices[faces].mean(axis=1), axis=1)
@@ -240,13 +239,10 @@ def test_step_files_are_bodies_in_their_own_unit(tmp_path, unit, millimetres):
     pytest.importorskip("OCP.STEPControl", reason="needs the extra cad")
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.Interface import Interface_Static
-    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
     Interface_Static.SetCVal_s("write.step.unit", unit)
     try:
-        writer = STEPControl_Writer()
-        writer.Transfer(BRepPrimAPI_MakeCylinder(10.0, 30.0).Shape(), STEPControl_AsIs)
-        writer.Write(str(tmp_path / "c.step"))
+        write_step(tmp_path / "c.step", BRepPrimAPI_MakeCylinder(10.0, 30.0))
     finally:
         Interface_Static.SetCVal_s("write.step.unit", "MM")
     obj = make_object(str(tmp_path / "c.step"))
