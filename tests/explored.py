@@ -1,14 +1,15 @@
 """Atlases of built-in objects, explored once each to the end; every test gets its own copy."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from tests.kept import kept_once
-from touchatlas.atlas import Atlas, Touch
+from touchatlas.atlas import Atlas, Touch, TouchStatus, save_atlas
 from touchatlas.atlas.body.choose import look_for_body
 from touchatlas.atlas.learn import learn
-from touchatlas.planner import Planner, PlannerOptions, Stop, explore
+from touchatlas.planner import Planner, PlannerOptions, ProbePlan, Stop, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.study.surface_peers import spread_plans
 
@@ -61,6 +62,18 @@ def spread_touches(obj, count: int, noise_std: float | None = None, seed: int = 
     rng = np.random.default_rng(seed)
     probe = Probe(obj, obj.noise_std if noise_std is None else noise_std, rng)
     return [probe(plan) for plan in spread_plans(*obj.sample(4000, rng), count)]
+
+
+def missed(plan: ProbePlan) -> Touch:
+    """A touch that met nothing."""
+    return Touch(
+        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0
+    )
+
+
+def saved(atlas: Atlas, path: Path) -> bytes:
+    save_atlas(path, atlas)
+    return path.read_bytes()
 
 
 def learned(touches, tolerance: float, scale: float | None = None) -> Atlas:

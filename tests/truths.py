@@ -48,13 +48,6 @@ def quadric_height(k1, k2, angle=0.0):
     return height
 
 
-def random_rotation(rng) -> np.ndarray:
-    """(3, 3) rotation, uniform."""
-    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
-    q = q * np.sign(np.diag(r))
-    return q if np.linalg.det(q) > 0 else q[:, ::-1]
-
-
 def moved(contours, rotation, shift, scale=1.0):
     """The contours after x -> scale (rotation x) + shift."""
     return tuple(

@@ -3,16 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.truths import (
-    BALL_RADIUS,
-    ball_height,
-    graph_contours,
-    moved,
-    quadric_height,
-    random_rotation,
-)
+from tests.truths import BALL_RADIUS, ball_height, graph_contours, moved, quadric_height
 from touchatlas.patch import Penalty, fit_paper
 from touchatlas.patch.paper.fit_paper import MULTIPLIER_FRACTION
+from touchatlas.sim.study.cases import random_rotation
 
 UP = np.array([0.0, 0.0, 1.0])
 

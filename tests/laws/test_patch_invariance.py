@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tests.laws.patch_scenes import NOISE, fit_of, scene_of
-from tests.truths import graph_contours, moved, random_rotation
+from tests.truths import graph_contours, moved
 from touchatlas.patch import FitOptions, fit_patch
+from touchatlas.sim.study.cases import random_rotation
 from touchatlas.sim.study.scenes import SURFACES
 
 

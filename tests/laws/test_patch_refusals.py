@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.truths import (
-    graph_contours,
-)
+from tests.truths import graph_contours
 from touchatlas.patch import (
     Contour,
     ContourEnd,
@@ -20,9 +18,6 @@ from touchatlas.patch import (
 )
 
 UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
-
-
-SOFT = (ContourEnd.LENGTH_REACHED,) * 2
 
 
 def bowl(noise=1e-3, height=lambda x, y: -0.3 * (x * x + y * y), **more):
@@ -47,6 +42,8 @@ def bowl(noise=1e-3, height=lambda x, y: -0.3 * (x * x + y * y), **more):
         ({"radius_limit": np.nan}, "lengths"),
         ({"radius_floor": np.nan}, "lengths"),
         ({"radius_floor": np.inf}, "lengths"),
+        ({"options": 3}, "give a SmoothnessPrior and FitOptions, or leave both"),
+        ({"prior": None}, "give a SmoothnessPrior and FitOptions, or leave both"),
     ],
 )
 def test_a_wrong_argument_is_named(changes, sentence):
@@ -60,20 +57,18 @@ def test_shared_samples_may_be_a_list():
     fit_patch(ORIGIN, bowl(), UP, shared=[[0.1, 0.1, -0.006]])
 
 
-def test_an_outward_that_is_tangent_is_refused_by_both_fits():
-    flat = bowl(0.0, height=lambda x, y: 0.0 * x)
-    for fit in (fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)):
-        with pytest.raises(ValueError, match="zero or tangent"):
-            fit(ORIGIN, flat, [1.0, 0.0, 0.0])
-
-
+@pytest.mark.parametrize("fit", [fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)])
 @pytest.mark.parametrize(
-    ("contours", "kind"), [(None, "NoneType"), ((*bowl()[:2], np.zeros((5, 3))), "ndarray")]
+    ("contours", "outward", "words"),
+    [
+        (bowl(0.0, height=lambda x, y: 0.0 * x), [1.0, 0.0, 0.0], "zero or tangent"),
+        (None, UP, "got NoneType among the contours.*give a tuple"),
+        ((*bowl()[:2], np.zeros((5, 3))), UP, "got ndarray among the contours.*give a tuple"),
+    ],
 )
-def test_what_are_no_contours_is_refused_by_both_fits(contours, kind):
-    for fit in (fit_patch, lambda *a: fit_paper(*a, Penalty.NONE)):
-        with pytest.raises(ValueError, match=f"got {kind} among the contours.*give a tuple"):
-            fit(ORIGIN, contours, UP)
+def test_what_neither_fit_can_take_is_refused_by_both(fit, contours, outward, words):
+    with pytest.raises(ValueError, match=words):
+        fit(ORIGIN, contours, outward)
 
 
 def test_a_diagnosis_is_of_a_patch_and_contours():
@@ -82,12 +77,6 @@ def test_a_diagnosis_is_of_a_patch_and_contours():
         diagnose(fitted, bowl())
     with pytest.raises(ValueError, match="got NoneType among the contours.*give a tuple"):
         diagnose(fitted.patch, None)
-
-
-@pytest.mark.parametrize("wrong", [{"options": 3}, {"prior": None}])
-def test_options_of_a_fit_are_records(wrong):
-    with pytest.raises(ValueError, match="give a SmoothnessPrior and FitOptions, or leave both"):
-        fit_patch(ORIGIN, bowl(), UP, **wrong)
 
 
 @pytest.mark.parametrize(
@@ -161,21 +150,21 @@ def test_sections_of_too_few_directions_are_refused(angles, words):
             fit_patch(ORIGIN, bowl(noise, angles=angles), UP)
 
 
-def bump_of_nearly_parallel_sections(noise_std):
+def bump_of_nearly_parallel_sections():
     """Seed 182 of the fuzz: the point far off, sections six degrees apart."""
     contours = []
     for angle in 0.3 + 0.1 * np.arange(3):
         d, s = np.array([np.cos(angle), np.sin(angle), 0.0]), np.linspace(-1.0, 1.0, 13)
         points = s[:, None] * d + 0.3 * np.exp(-((s / 0.2) ** 2))[:, None] * UP
         plane = SamplingPlane(points[6], np.array([-d[1], d[0], 0.0]))
-        contours.append(Contour(points, plane, noise_std, SOFT))
+        contours.append(Contour(points, plane, 0.0, (ContourEnd.LENGTH_REACHED,) * 2))
     return tuple(contours)
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_no_linear_algebra_error_leaves_a_fit(seed):
     v = np.random.default_rng(seed).normal(size=3)
-    contours = bump_of_nearly_parallel_sections(0.0)
+    contours = bump_of_nearly_parallel_sections()
     point = np.array([0.0, 0.0, 0.3]) + 0.5 * v / np.linalg.norm(v)
     try:
         patch = fit_patch(point, contours, UP).patch

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from touchatlas.atlas import Atlas, Touch, TouchStatus, load_atlas, save_atlas
+from tests.explored import missed
+from touchatlas.atlas import Atlas, load_atlas, save_atlas
 from touchatlas.planner import Planner, PlannerOptions, StopReason, load_planner, save_planner
 from touchatlas.sim import Probe, make_object
 
@@ -16,12 +17,6 @@ def begun(name="ellipsoid", rule="tolerance", tolerance=None, **options):
     atlas = Atlas(obj.tolerance if tolerance is None else tolerance, scale=obj.tolerance)
     planner = Planner(*obj.start(), PlannerOptions(name=rule, **options), np.random.default_rng(3))
     return atlas, planner, Probe(obj, obj.noise_std, np.random.default_rng(1))
-
-
-def missed(plan):
-    return Touch(
-        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0
-    )
 
 
 def short(touch):

@@ -6,8 +6,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.explored import Explored, explored
-from touchatlas.atlas import Atlas, AtlasChange, Touch, TouchStatus, extract_surface
+from tests.explored import Explored, explored, missed
+from touchatlas.atlas import Atlas, AtlasChange, TouchStatus, extract_surface
 from touchatlas.planner import (
     Planner,
     PlannerOptions,
@@ -25,12 +25,6 @@ def known(name: str) -> Explored:
 
 def empty(tolerance: float) -> Atlas:
     return Atlas(tolerance, scale=0.1)
-
-
-def missed(plan):
-    return Touch(
-        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 0.0
-    )
 
 
 def test_a_first_touch_that_meets_nothing_is_tried_elsewhere_and_then_given_up():

@@ -14,7 +14,7 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from tests.explored import explored, learned, touched_again
+from tests.explored import explored, learned, saved, touched_again
 from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas, TouchStatus, load_atlas, save_atlas
 
@@ -93,11 +93,6 @@ class RandomChanges(RuleBasedStateMachine):
             again = learned(self.learned, self.atlas.tolerance)
             one = saved(self.atlas, self.folder / "one.npz")
             assert saved(again, self.folder / "other.npz") == one
-
-
-def saved(atlas: Atlas, path) -> bytes:
-    save_atlas(path, atlas)
-    return path.read_bytes()
 
 
 def test_an_atlas_under_random_changes_is_sound_and_follows_from_its_touches(tmp_path):

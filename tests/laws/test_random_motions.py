@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.laws.patch_scenes import NOISE, UP, contours_of, fit_of, scene_of
-from tests.truths import moved, quadric_height, random_rotation
+from tests.truths import moved, quadric_height
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, SamplingPlane, fit_patch
+from touchatlas.sim.study.cases import random_rotation
 
 FEW = settings(max_examples=12, derandomize=True, deadline=None)
 # An atlas of four touches takes a second.

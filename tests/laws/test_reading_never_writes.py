@@ -5,7 +5,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.explored import explored, learned
+from tests.explored import explored, learned, saved
 from tests.kept import kept_once
 from tests.sharp import explored_sharp
 from touchatlas.atlas import Atlas, doubts, extract_surface, save_atlas
@@ -37,11 +37,6 @@ def begun(name: str) -> Atlas:
     """A copy of an atlas of three touches: a free-form body, or one with edges."""
     whole = BODIES[name]()
     return learned(whole.touches[:3], whole.atlas.tolerance)
-
-
-def saved(atlas: Atlas, path) -> bytes:
-    save_atlas(path, atlas)
-    return path.read_bytes()
 
 
 @pytest.mark.parametrize("name", BODIES)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from touchatlas.atlas import Touch, TouchStatus
+from tests.explored import missed
 from touchatlas.planner import StopReason
 from touchatlas.sim import Probe, make_object
 
@@ -47,12 +47,7 @@ def test_the_end_of_the_loop_is_no_doubt(ended):
 
 def test_a_loop_that_meets_nothing_says_so(capsys):
     with pytest.raises(SystemExit, match="no touch gave a patch"):
-        carry_out(
-            lambda plan: Touch(
-                *(plan.number, plan.reference_point, plan.normal, ()),
-                *(TouchStatus.NO_CONTACT, 0.0, 0.0),
-            )
-        )
+        carry_out(missed)
     assert capsys.readouterr().out == f"{StopReason.NO_PATCH.value}\n"
 
 

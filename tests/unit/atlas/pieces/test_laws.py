@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.truths import random_rotation
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.laws import law_of
+from touchatlas.sim.study.cases import random_rotation
 
 NOISE = 0.02
 

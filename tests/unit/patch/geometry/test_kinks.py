@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.truths import random_rotation
 from touchatlas.patch.geometry.kinks import SIDE, kinks
+from touchatlas.sim.study.cases import random_rotation
 
 ACROSS = np.array([0.0, 1.0, 0.0])
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from tests.laws.patch_scenes import LENGTH, NOISE, WavyGraph, even_angles
-from tests.truths import ball_height, graph_contours, moved, random_rotation
+from tests.truths import ball_height, graph_contours, moved
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.section import fit_sections
+from touchatlas.sim.study.cases import random_rotation
 
 
 def parabola(curvature, reach, count, noise, rng):

@@ -9,19 +9,13 @@ import pytest
 import trimesh
 
 from tests.command import assert_refused, ran, touchatlas
-from tests.truths import (
-    BALL_RADIUS,
-    ball_height,
-    graph_contours,
-    moved,
-    quadric_height,
-    random_rotation,
-)
+from tests.truths import BALL_RADIUS, ball_height, graph_contours, moved, quadric_height
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.sim.recorded.fit_file import METHODS, fit_file, parse_vector
 from touchatlas.sim.recorded.fit_flags import MEANING
 from touchatlas.sim.recorded.fit_meanings import DIAGNOSIS_NUMBERS, FIT_NUMBERS
 from touchatlas.sim.recorded.fit_report import FILES
+from touchatlas.sim.study.cases import random_rotation
 
 K1, K2, ANGLE = -0.017, -0.042, 0.4
 ROTATION = random_rotation(np.random.default_rng(5))

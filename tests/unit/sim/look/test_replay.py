@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.explored import missed
 from tests.pages import held
-from touchatlas.atlas import Atlas, Touch, TouchStatus
+from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, load_run
 from touchatlas.sim.look import live
@@ -81,10 +82,7 @@ def test_a_curve_leaves_out_what_is_not_known():
 def test_a_touch_that_met_nothing_is_no_contact():
     obj, frames, atlas = make_object("sphere"), Frames(), Atlas(0.1)
     planner = Planner(*obj.start())
-    miss = lambda plan: Touch(  # noqa: E731
-        plan.number, plan.reference_point, plan.normal, (), TouchStatus.NO_CONTACT, 0.0, 1.0
-    )
-    for step in explore(atlas, planner, miss, 1):
+    for step in explore(atlas, planner, missed, 1):
         frames.add(step, planner, atlas, 1.0)
     found = held(f'id="run">{run_text("none", frames.so_far(), 0.1, "", None)}<')
     assert found["contact_from"].tolist() == [0, 0] and len(found["contacts"]) == 0
