@@ -27,13 +27,9 @@ class Explored:
     stop: Stop | None
 
 
+@kept_once
 def explored(name: str, max_touches: int = MOST) -> Explored:
     """A copy of an exploration with seed 0."""
-    return _explored(name, max_touches)
-
-
-@kept_once
-def _explored(name: str, max_touches: int) -> Explored:
     return explore_body(make_object(name), max_touches)
 
 

@@ -1,4 +1,4 @@
-"""Atlases of flat scenes, touched without a probe: a plane, and both sides of a slab."""
+"""Atlases of a plane, touched without a probe."""
 
 import numpy as np
 
@@ -29,18 +29,4 @@ def plane(places) -> Atlas:
     for place in places:
         contact = np.array([*(0.9 * np.array(place)), 0.0])
         atlas.add(flat_touch(contact, UP, np.array([1.0, 0.0, 0.0]), 2e-3, rng))
-    return atlas
-
-
-def slab(thickness: float, rng, rotation=None) -> Atlas:
-    """Both sides of a flat slab, touched in turn at a square of nine places, without its rim.
-
-    ``rotation`` is a matrix (3, 3).
-    """
-    atlas = Atlas(0.05)
-    rotation = np.eye(3) if rotation is None else rotation
-    for x, y in np.stack(np.meshgrid([-0.9, 0.0, 0.9], [-0.9, 0.0, 0.9]), -1).reshape(-1, 2):
-        for side in (1.0, -1.0):
-            contact = rotation @ np.array([x, y, 0.5 * side * thickness])
-            atlas.add(flat_touch(contact, side * rotation[:, 2], rotation[:, 0], 1e-3, rng))
     return atlas

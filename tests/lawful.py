@@ -338,14 +338,10 @@ def body_of(samples: ContourSamples) -> Body:
     return Body(determined(faces_of_samples(samples), samples), samples)
 
 
+@kept_once
 def known_body(name: str, count: int, scale: float = 1.0) -> Body:
     """A copy of a body by so many touches with ``NOISE``, made once for all tests. An equal share
     of the variance is borne for lack of fit."""
-    return _known_body(name, count, float(scale))
-
-
-@kept_once
-def _known_body(name: str, count: int, scale: float) -> Body:
     columns = touched_mesh(name, count, NOISE)
     return body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE, scale=scale))
 
@@ -367,9 +363,9 @@ def step_distance(points) -> np.ndarray:
     return np.maximum.reduce([np.minimum(low, high), -y, -z, z - 30.0])
 
 
-def box_distance(points, half=HALF) -> np.ndarray:
+def box_distance(points) -> np.ndarray:
     """(n,) the largest distance of points (n, 3) from the six planes of a box."""
-    return (np.abs(points) - half).max(axis=1)
+    return (np.abs(points) - HALF).max(axis=1)
 
 
 def rounded_box_distance(points) -> np.ndarray:

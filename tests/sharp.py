@@ -43,14 +43,6 @@ _FIELDS = {
         ),
         (30, 20, 15),
     ),
-    # Two fingers with a gap of 4 between them.
-    "fingers": (
-        union(
-            box((-30, -15, -15), (30, 15, -5)),
-            union(box((-30, -15, -15), (-2, 15, 20)), box((2, -15, -15), (30, 15, 19))),
-        ),
-        (30, 15, 20),
-    ),
 }
 
 
@@ -61,17 +53,12 @@ def sharp_object(name: str):
     return ImplicitObject(name, "", *_FIELDS[name], 0.02, 0.1)
 
 
-def explored_sharp(name: str, max_touches: int = 100) -> Explored:
+def explored_sharp(name: str) -> Explored:
     """A copy of an exploration of a body with sharp edges, with contours that run over them."""
-    return explored_faces(name, PlannerOptions().max_turn, max_touches)
-
-
-def explored_faces(name: str, max_turn: float, max_touches: int = 100) -> Explored:
-    """The same with contours that turn by so much at most."""
-    return _explored(name, float(max_turn), max_touches)
+    return explored_faces(name, PlannerOptions().max_turn)
 
 
 @kept_once
-def _explored(name: str, max_turn: float, max_touches: int) -> Explored:
-    options = PlannerOptions(max_turn=max_turn)
-    return explore_body(sharp_object(name), max_touches, options=options)
+def explored_faces(name: str, max_turn: float) -> Explored:
+    """The same with contours that turn by so much at most."""
+    return explore_body(sharp_object(name), 100, options=PlannerOptions(max_turn=max_turn))

@@ -11,14 +11,10 @@ from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 BORNE = np.sqrt(2.0)
 
 
+@kept_once
 def touched(name: str, count: int, seed: int = 3):
     """A copy of points, outward directions, plane normals (n, 3) and the noise of spread
     touches."""
-    return _touched(name, count, seed)
-
-
-@kept_once
-def _touched(name: str, count: int, seed: int):
     obj = sharp_object(name)
     columns = touched_object(
         obj, count, obj.noise_std, seed, 120.0 * obj.tolerance, 12, np.pi / 3.0
@@ -26,7 +22,7 @@ def _touched(name: str, count: int, seed: int):
     return *columns, obj.noise_std
 
 
-def touched_samples(name: str, count: int, seed: int = 3) -> ContourSamples:
+def touched_samples(name: str, count: int) -> ContourSamples:
     """The same as ContourSamples."""
-    points, outward, planes, noise = touched(name, count, seed)
+    points, outward, planes, noise = touched(name, count)
     return contour_samples(points, outward, planes, BORNE * noise)

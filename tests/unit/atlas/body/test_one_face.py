@@ -7,8 +7,6 @@ from tests.lawful import HALF, NOISE, samples_of_touches, touched, touched_mesh
 from touchatlas.atlas.body.one_face import face_of_all, law_of_all
 from touchatlas.sim import make_object
 
-BALL = 33.0
-
 
 def touched_ball(count: int = 12, seed: int = 3, noise: float = NOISE):
     """Points, outward normals and planes (n, 3) of touches of a ball."""

@@ -20,7 +20,7 @@ def runs(tmp_path_factory):
     """A folder with the atlas of four touches to 0.3; tests write beside it, not into it."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "a").mkdir()
-    save_atlas(folder / "a" / "atlas.npz", learned(explored("sphere", max_touches=4).touches, 0.3))
+    save_atlas(folder / "a" / "atlas.npz", learned(explored("sphere", 4).touches, 0.3))
     return folder
 
 

@@ -71,6 +71,13 @@ def test_the_surface_is_written_as_step_where_the_kernel_is_installed(run):
     assert volume.Mass() == pytest.approx(4.0 / 3.0 * np.pi * AXES.prod(), rel=3 * 0.078 / 15.0)
 
 
+def begun(folder, noise):
+    """A run of the ellipsoid with its first plan pending."""
+    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", noise, "--tolerance", "0.2"
+    ran("next", "run", *start, cwd=folder)
+    return folder / "run"
+
+
 def answers(run):
     """CSV of a touch of the ellipsoid as the pending plan wants it."""
     [plan] = pending_plans(run).values()
@@ -87,9 +94,7 @@ def answers(run):
 
 
 def test_a_replay_shows_what_was_known_at_each_touch_of_each_call(tmp_path):
-    run = tmp_path / "run"
-    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.001", "--tolerance", "0.2"
-    ran("next", run, *start, cwd=tmp_path)
+    run = begun(tmp_path, "0.001")
     for number in range(3):
         (tmp_path / "answer.csv").write_text(answers(run))
         more = () if number == 2 else ("--no-draw",)
@@ -105,9 +110,7 @@ def test_a_replay_shows_what_was_known_at_each_touch_of_each_call(tmp_path):
 @pytest.mark.parametrize("lost", ["both", "planner"])
 def test_a_call_that_is_killed_before_its_state_is_written_loses_nothing(tmp_path, lost):
     """The journal is written first, then the atlas, then the planner."""
-    run = tmp_path / "run"
-    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.001", "--tolerance", "0.2"
-    ran("next", run, *start, cwd=tmp_path)
+    run = begun(tmp_path, "0.001")
     before = {name: (run / name).read_bytes() for name in ("atlas.npz", "planner.json")}
     (tmp_path / "answer.csv").write_text(answers(run))
     ran("learn", run, "answer.csv", "--no-draw", cwd=tmp_path)
@@ -161,9 +164,7 @@ def test_mistakes_are_said_in_one_sentence(words, said, tmp_path):
 
 
 def test_csv_answers_are_learned_and_wrong_ones_refused(tmp_path):
-    run = tmp_path / "run"
-    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.01", "--tolerance", "0.2"
-    ran("next", run, *start, cwd=tmp_path)
+    run = begun(tmp_path, "0.01")
     [plan] = pending_plans(run).values()
     rows = ["plan,plane,x,y,z,event", "0,,0,0,15,contact"]
     for k, plane in enumerate(plan.planes):
@@ -183,9 +184,7 @@ def test_csv_answers_are_learned_and_wrong_ones_refused(tmp_path):
 
 
 def test_an_answer_in_another_unit_is_refused_and_the_run_goes_on(tmp_path):
-    run = tmp_path / "run"
-    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.001", "--tolerance", "0.2"
-    ran("next", run, *start, cwd=tmp_path)
+    run = begun(tmp_path, "0.001")
     for _ in range(4):
         (tmp_path / "answer.csv").write_text(answers(run))
         ran("learn", run, "answer.csv", "--no-draw", cwd=tmp_path)
