@@ -70,6 +70,9 @@ def _profile(name: str) -> np.ndarray:
     return np.array([corner.split(",") for corner in _PROFILES[name][0].split()], float)
 
 
+STEP = _profile("step")
+
+
 def _prism(name: str) -> trimesh.Trimesh:
     _, triangles, height = _PROFILES[name]
     faces = np.array([[int(corner, 12) for corner in triangle] for triangle in triangles.split()])
@@ -89,8 +92,7 @@ def _filleted(radius: float) -> trimesh.Trimesh:
     angle = np.linspace(0.0, 0.5 * np.pi, 65)[:, None]
     centre = np.array([30.0 - radius, 20.0 + radius])
     arc = centre + radius * np.hstack([np.cos(angle), -np.sin(angle)])
-    step = _profile("step")
-    around = np.concatenate([step[:5], arc, step[6:]])
+    around = np.concatenate([STEP[:5], arc, STEP[6:]])
     following = np.roll(np.arange(len(around)), -1)
     fan = np.stack([np.full(len(around), len(around)), np.arange(len(around)), following], axis=1)
     # All of the profile is seen from the point in the taller block.
