@@ -83,13 +83,13 @@ def look_for_body(
     last : bool
         Whether no samples follow.
     """
-    count, known = len(pool), None if before.body is None else before.body.samples
-    if is_larger(count, before.looked) or (last and before.looked < count):
-        samples = samples_of(pool, count, std, levels, known)
-        return _chosen(samples, np.asarray(pool.edges), before)
-    if count == before.count:
+    count = len(pool)
+    looks = is_larger(count, before.looked) or (last and before.looked < count)
+    if count == before.count and not looks:
         return before
-    samples = samples_of(pool, count, std, levels, known)
+    samples = samples_of(pool, count, std, levels)
+    if looks:
+        return _chosen(samples, np.asarray(pool.edges), before)
     found = replace(before, count=count, std=std, is_few=False)
     if not before.is_one_face:
         faces = faces_of_samples(samples, before=before.faces)
@@ -232,8 +232,7 @@ def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = Face
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
     """All samples as one face; ``before`` may be the body of the first of them."""
-    faces = face_of_all(samples, before.faces if before and before.is_one_face else None)
-    return Body(faces, samples, before)
+    return Body(face_of_all(samples), samples, before)
 
 
 def body_of_faces(faces: Faces, samples: ContourSamples) -> Body | None:

@@ -1,7 +1,5 @@
 """All samples as one face: the law that explains every one of them, or a free-form face."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.special import chdtrc
 
@@ -14,51 +12,34 @@ from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.kriging import beyond_noise
 from touchatlas.atlas.surfaces.sharp_turns import MANY, share_of_contours, sharp_turns
-from touchatlas.patch.geometry.arrays import frozen_array
+from touchatlas.patch.geometry.arrays import frozen_array, nearest_to_mean
 
 
-def face_of_all(samples: ContourSamples, before: Faces | None = None) -> Faces:
-    """All samples as one face: of the simplest law that explains all of them, else free-form. If
-    that of the first of the samples, ``before``, is known, sharp turns are sought in the others
-    alone; the result is the same."""
-    piece, every = law_of_all(samples), np.arange(len(samples))
-    face = _free_form(samples) if piece is None else _lawful(piece, samples)
-    points = frozen_array(samples.points, (None, 3), "points")
-    normals = samples.outward if piece is None else piece.at(points)[1]
-    normals, none = frozen_array(normals, (None, 3), "normals"), np.zeros(0, int)
-    patch_of = np.full(len(samples), NONE if piece is None else 0)
-    found = Faces(
-        (face,),
+def face_of_all(samples: ContourSamples) -> Faces:
+    """All samples as one face: of the simplest law that explains all of them, else free-form."""
+    piece, count = law_of_all(samples), len(samples)
+    normals = samples.outward if piece is None else piece.at(samples.points)[1]
+    turns = sharp_turns(samples) if piece is None else np.zeros((0, 2), int)
+    return Faces(
+        (_free_form(samples) if piece is None else _lawful(piece, samples),),
         (),
-        points,
-        normals,
-        0 * every,
-        patch_of,
-        none,
+        frozen_array(samples.points, (None, 3), "points"),
+        frozen_array(normals, (None, 3), "normals"),
+        np.zeros(count, int),
+        np.full(count, NONE if piece is None else 0),
+        np.zeros(0, int),
         samples.std,
         levels=samples.levels,
+        turns=turns,
+        is_sharp=share_of_contours(samples, turns) >= MANY,
         stds=samples.stds,
     )
-    if piece is not None:
-        return found
-    turns = _turns(samples, before)
-    return replace(found, turns=turns, is_sharp=share_of_contours(samples, turns) >= MANY)
-
-
-def _turns(samples: ContourSamples, before: Faces | None) -> np.ndarray:
-    """(k, 2) the sharp turns of samples, some of which may be known."""
-    if before is None or before.are_lawful or before.std != samples.std:
-        return sharp_turns(samples)
-    count = len(before.points)
-    if not samples.contours[count - 1] < samples.contours[min(count, len(samples) - 1)]:
-        # The last contour goes on, or there are no others.
-        return sharp_turns(samples)
-    return np.concatenate([before.turns, sharp_turns(samples, count)])
 
 
 def _free_form(samples: ContourSamples) -> Face:
     """The face of samples that obey no law."""
-    return Face(0, None, (), (), np.arange(len(samples)), 1.0, samples.std, _middle(samples))
+    middle = nearest_to_mean(samples.points)
+    return Face(0, None, (), (), np.arange(len(samples)), 1.0, samples.std, middle)
 
 
 def _lawful(piece: Piece, samples: ContourSamples) -> Face:
@@ -66,14 +47,8 @@ def _lawful(piece: Piece, samples: ContourSamples) -> Face:
     law = law_of(piece, samples.points, samples.stds)
     off = piece.at(samples.points)[0]
     explained = float((np.abs(off) <= samples.levels.sure * samples.stds).mean())
-    own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean())), _middle(samples)
-    return Face(0, law, (piece,), (0,), *own)
-
-
-def _middle(samples: ContourSamples) -> np.ndarray:
-    """(3,) the sample nearest to the mean of all."""
-    offset = samples.points - samples.points.mean(axis=0)
-    return np.asarray(samples.points[(offset * offset).sum(axis=1).argmin()])
+    own = np.arange(len(samples)), explained, float(np.sqrt((off * off).mean()))
+    return Face(0, law, (piece,), (0,), *own, nearest_to_mean(samples.points))
 
 
 def law_of_all(samples: ContourSamples) -> Piece | None:

@@ -57,17 +57,13 @@ def faces_of_labels(labels: Labels) -> Faces:
 
 
 def samples_of(
-    pool: SamplePool,
-    count: int,
-    std: float,
-    levels: Levels = Levels(),
-    before: ContourSamples | None = None,
+    pool: SamplePool, count: int, std: float, levels: Levels = Levels()
 ) -> ContourSamples:
     """The first ``count`` samples of a pool, with contours and normals; the surest of them have the
-    standard deviation ``std``, length. Those of the first of them may be known ``before``."""
+    standard deviation ``std``, length."""
     columns = pool.points, pool.normals, pool.across, pool.noise, pool.contours, pool.measured
     points, normals, across, noise, numbers, measured = (c[:count].copy() for c in columns)
     # All have one lack of fit, beside the noise of each.
     stds = np.sqrt(std**2 + (noise**2 - noise.min() ** 2))
     own = std, levels, stds, numbers, measured, pool.tip_radius
-    return contour_samples(points, normals, across, *own, before=before)
+    return contour_samples(points, normals, across, *own)

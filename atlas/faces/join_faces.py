@@ -11,6 +11,7 @@ from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.records.options import Levels
+from touchatlas.patch.geometry.arrays import frozen_array, nearest_to_mean
 
 
 def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
@@ -27,7 +28,8 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     faces = [_face(labels, k, np.flatnonzero(face_of_label == k), of) for k in range(len(sizes))]
     edges = _edges(labels, boundaries, face_of_label)
     samples = labels.evidence.samples
-    points, normals = _frozen(samples.points), _frozen(_normals(labels))
+    points = frozen_array(samples.points, (None, 3), "points")
+    normals = frozen_array(_normals(labels), (None, 3), "normals")
     loose, sure = np.flatnonzero(of == NONE), samples.levels.sure
     corners = find_corners(tuple(faces), edges, points, loose, samples.std, sure)
     balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
@@ -36,13 +38,6 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     own = of, labels.of.copy(), rounded, samples.std, corners
     kept = labels.evidence.graph, labels.evidence.recall, samples.levels
     return Faces(tuple(faces), edges, points, normals, *own, *kept, stds=samples.stds)
-
-
-def _frozen(array) -> np.ndarray:
-    """A copy that cannot be changed."""
-    out = np.array(array)
-    out.flags.writeable = False
-    return out
 
 
 def _normals(labels: Labels) -> np.ndarray:
@@ -78,7 +73,6 @@ def _face(labels: Labels, number: int, own, of) -> Face:
     law = None
     if len(pieces) == 1 and pieces[0].kind.lawful:
         law = law_of(pieces[0], samples.points[members], samples.std_of(members))
-    offset = samples.points[members] - samples.points[members].mean(axis=0)
     return Face(
         number,
         law,
@@ -87,7 +81,7 @@ def _face(labels: Labels, number: int, own, of) -> Face:
         members,
         float((np.abs(distance) <= 3.0 * samples.std_of(members)).mean()),
         float(np.sqrt((distance * distance).mean())),
-        samples.points[members[(offset * offset).sum(axis=1).argmin()]],
+        nearest_to_mean(samples.points[members]),
     )
 
 

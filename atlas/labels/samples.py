@@ -9,7 +9,7 @@ from scipy.spatial.distance import cdist
 
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import contours_of_planes
-from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.arrays import box_diagonal, cross
 from touchatlas.patch.geometry.normal_error import MOST_TILT
 
 # Samples of a window that gives a normal: a quadratic leaves two degrees of freedom. Doubled,
@@ -77,7 +77,7 @@ class ContourSamples:
     @cached_property
     def extent(self) -> float:
         """Diagonal of the box about all, length."""
-        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+        return box_diagonal(self.points)
 
     def std_of(self, some) -> float | np.ndarray:
         """Standard deviations (m,) of some samples (m,), length; one where all are alike."""
@@ -103,7 +103,6 @@ def contour_samples(
     numbers=None,
     measured=None,
     tip: float = 0.0,
-    before: ContourSamples | None = None,
 ) -> ContourSamples:
     """Samples with contours and normals, from the columns of a sample pool.
 
@@ -126,20 +125,13 @@ def contour_samples(
         Whether ``outward`` was measured: about an edge it is surer than a tangent of the contour.
     tip : float, length
         Radius of the ball whose centres they are.
-    before : ContourSamples, optional
-        The first of the samples: the normals of their contours are taken from there. The result is
-        the same without.
     """
     stds = np.full(len(points), float(std)) if stds is None else stds
     numbers = contours_of_planes(planes) if numbers is None else numbers
     contours, steps = split_contours(points, numbers)
     loose = np.flatnonzero(~planes.any(axis=1))
     steps[loose] = _spacings(points[loose])
-    known = _known(before, points, planes, contours, stds)
-    new = slice(known, None)
-    normals = plane_normals(points[new], planes[new], contours[new], stds[new])
-    if before is not None:
-        normals = np.concatenate([before.normals[:known], normals])
+    normals = plane_normals(points, planes, contours, stds)
     normals[loose] = outward[loose]
     side = np.where((normals * outward).sum(axis=1) < 0.0, -1.0, 1.0)
     # The probe stays on one side, so one sign holds for a whole contour.
@@ -154,23 +146,6 @@ def contour_samples(
     touches = group_contours(points, contours, steps)
     own = contours, touches, steps, float(std), stds, levels, tip
     return ContourSamples(points, normals, outward, planes, *own)
-
-
-def _known(before: ContourSamples | None, points, planes, contours, stds) -> int:
-    """Number of the first samples whose contours are wholly among those ``before``."""
-    count = 0 if before is None else len(before)
-    if before is None or not 0 < count <= len(points):
-        return 0
-    pairs = (
-        (before.points, points),
-        (before.planes, planes),
-        (before.contours, contours),
-        (before.stds, stds),
-    )
-    if not all(np.array_equal(old, now[:count]) for old, now in pairs):
-        return 0
-    goes_on = count < len(points) and contours[count] == contours[count - 1]
-    return int(np.searchsorted(contours, contours[count - 1])) if goes_on else count
 
 
 def split_contours(points, numbers) -> tuple[np.ndarray, np.ndarray]:

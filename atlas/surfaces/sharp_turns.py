@@ -22,11 +22,9 @@ MANY = 0.45
 _SAME_SIDE, _OTHER_SIDE = 0.7, 0.9
 
 
-def sharp_turns(samples: ContourSamples, start: int = 0) -> np.ndarray:
-    """(k, 2) samples on both sides of the places at which contours turn by 35 degrees or more; of
-    the contours from the one on that begins with sample ``start``."""
-    first = np.flatnonzero(np.diff(samples.contours, prepend=-1))
-    bounds = np.append(first[first >= start], len(samples))
+def sharp_turns(samples: ContourSamples) -> np.ndarray:
+    """(k, 2) samples on both sides of the places at which contours turn by 35 degrees or more."""
+    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
     found = [np.zeros(0, int)]
     for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
         own = kinks(samples.points[a:b], samples.planes[a], samples.std, least_turn=_SHARP)

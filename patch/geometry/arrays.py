@@ -98,6 +98,17 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
+def box_diagonal(points) -> float:
+    """Diagonal of the bounding box of points (n, 3), length; 0 of none."""
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+
+
+def nearest_to_mean(points) -> np.ndarray:
+    """(3,) the one of points (n, 3) that is nearest to the mean of all."""
+    offset = points - points.mean(axis=0)
+    return np.asarray(points[(offset * offset).sum(axis=1).argmin()])
+
+
 def first_largest(values, begin) -> np.ndarray:
     """(k,) place of the first largest value of each of the rows of values (m,) that begin at
     ``begin`` (k,), ascending, none of them empty, and without NaN.

@@ -53,17 +53,3 @@ def test_the_step_of_a_contour_of_one_sample_does_not_change_when_others_come():
     steps = [contour_samples(points[:n], outward[:n], planes[:n], 0.1).steps for n in (4, 7)]
     assert steps[0].tolist() == [1.0, 1.0, 1.0, 1.0]
     assert steps[1].tolist() == [1.0, 1.0, 1.0, 1.0, 5.0, 5.0, 5.0]
-
-
-def test_normals_of_known_contours_stay():
-    """Those of the first samples may be known, to the end of a contour or into one: the result is
-    that of all samples at once. Where a deviation is another one, they are found again."""
-    points, outward, planes, _ = touched("sphere", 4)
-    every = contour_samples(points, outward, planes, 0.02)
-    for count in (0, 20, 99, len(points)):
-        some = slice(0, count)
-        before = contour_samples(points[some], outward[some], planes[some], 0.02) if count else None
-        for std in (0.02, 0.002):
-            found = contour_samples(points, outward, planes, std, before=before).normals
-            anew = every if std == 0.02 else contour_samples(points, outward, planes, std)
-            assert found.tobytes() == anew.normals.tobytes()

@@ -32,31 +32,6 @@ def test_a_smooth_body_has_no_turns():
     assert not len(sharp_turns(touched_at("ellipsoid", 30)))
 
 
-@pytest.mark.parametrize("name", ["box", "step", "egg"])
-def test_turns_that_are_known_are_those_that_are_sought_again(name):
-    samples = touched_at(name, 20)
-    middle = int(np.searchsorted(samples.contours, samples.contours[-1] // 2))
-    columns = samples.points, samples.outward, samples.planes
-    first = samples_of_touches([column[:middle] for column in columns], STD)
-    before = face_of_all(first)
-    assert np.array_equal(face_of_all(samples, before).turns, sharp_turns(samples))
-    assert np.array_equal(face_of_all(first, before).turns, before.turns)
-
-
-def test_turns_are_sought_again_where_samples_are_noisier_than_they_were():
-    samples = touched_at("box", 20)
-    noisy = replace(samples, std=1e3 * STD)
-    assert not len(face_of_all(noisy, face_of_all(samples)).turns)
-
-
-def test_turns_of_a_contour_that_goes_on_are_sought_again():
-    samples = touched_at("box", 20)
-    pair = sharp_turns(samples)[10]
-    columns = samples.points, samples.outward, samples.planes
-    before = face_of_all(samples_of_touches([column[: pair[1]] for column in columns], STD))
-    assert np.array_equal(face_of_all(samples, before).turns, sharp_turns(samples))
-
-
 def test_edges_are_convex_or_concave_as_they_are():
     """A step has one concave edge, at the middle of its profile. Samples beside it are nearest to a
     turn over it."""
