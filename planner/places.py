@@ -11,7 +11,6 @@ from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.mesh.mend import (
     LARGEST,
-    diameter,
     error_across,
     slope_of_rim,
     without_stray_pieces,
@@ -24,6 +23,7 @@ from touchatlas.atlas.mesh.surface import (
 )
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.predictive_law import PredictiveLaw
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner.known import Areas
 
@@ -209,7 +209,7 @@ def _ends(drawn: Surface) -> tuple[np.ndarray, ...]:
     for number in np.unique(of).tolist():
         mine = of == number
         rim = np.unique(ends[mine])
-        size[mine] = diameter(vertices[rim])
+        size[mine] = box_diagonal(vertices[rim])
         slope[mine] = slope_of_rim(vertices[rim], drawn.normals[rim])
         enclosed[mine] = _enclosed(*vertices[ends[mine]].transpose(1, 0, 2))
     return ends, of, size, slope, enclosed

@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.words import count_of
 
 # Distance between places of one doubt, over the extent, and how many are named. Doubled, fewer or
@@ -37,11 +38,6 @@ class Doubt:
     def as_dict(self) -> dict:
         """The doubt, ready for JSON."""
         return {"name": self.name, "words": self.words, "places": self.places.tolist()}
-
-
-def extent_of(points) -> float:
-    """Diagonal of the bounding box of points (n, 3), length."""
-    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def some_apart(points, extent: float) -> np.ndarray:
@@ -126,10 +122,10 @@ def _open_places(places) -> list[Doubt]:
 
 def _unreachable(places) -> list[Doubt]:
     """One doubt about places (k, 3) that the pin did not reach."""
+    if not len(places):
+        return []
     words = (
         f"{count_of(len(places), 'place was', 'places were')} not touched, because the pin would "
         "have passed through what is known; lean it, or take a thinner one."
     )
-    return (
-        [Doubt("unreachable", words, some_apart(places, extent_of(places)))] if len(places) else []
-    )
+    return [Doubt("unreachable", words, some_apart(places, box_diagonal(places)))]

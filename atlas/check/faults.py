@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import bdtrc, pdtrc
 
-from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
 from touchatlas.atlas.samples.crossings import most_probable_move
 from touchatlas.atlas.samples.evidence import ProbeEvidence
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.words import count_of
 
 MOVED, DRIFT = "moved", "drift"
@@ -125,7 +126,7 @@ def bad_contacts(atlas: AtlasState) -> Fault | None:
         f"{share:.2%} of the samples are bad contacts, more than {OUTLIER:g} deviations off their "
         "curves, and are left out; see whether the probe slips or its signal has gaps."
     )
-    places = some_apart(atlas.bad_contacts, extent_of(atlas.pool.points))
+    places = some_apart(atlas.bad_contacts, box_diagonal(atlas.pool.points))
     return Fault("bad contacts", words, share, count, expected, chance, places)
 
 
@@ -145,7 +146,7 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
         f"Contact was lost at {count_of(passed, 'end')} of {count} where the surface goes "
         "on; press harder, or track more slowly."
     )
-    places = some_apart(ends.points[~is_open], extent_of(atlas.pool.points))
+    places = some_apart(ends.points[~is_open], box_diagonal(atlas.pool.points))
     return Fault("slipped contacts", words, passed / count, passed, level * count, chance, places)
 
 
@@ -167,7 +168,7 @@ def moved_object(atlas: AtlasState) -> Fault | None:
     else:
         name, words = MOVED, f"The object has moved by {shift}, after touch {found.after + 1}"
     words += "; fix it, and explore again."
-    places = some_apart(found.places, extent_of(atlas.pool.points))
+    places = some_apart(found.places, box_diagonal(atlas.pool.points))
     return Fault(name, words, size, found.explained, found.freedom, found.chance, places)
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 
 from touchatlas.atlas.body.guessed_edges import guessed_edges
-from touchatlas.atlas.check.doubt import Doubt, extent_of, some_apart
+from touchatlas.atlas.check.doubt import Doubt, some_apart
 from touchatlas.atlas.check.faults import moved_object
 from touchatlas.atlas.labels.samples import split_contours
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.words import count_of
 
 # Fraction of the samples that may contradict: good explorations have none. Doubled, one bad
@@ -30,7 +31,7 @@ def sample_doubts(atlas: AtlasState) -> list[Doubt]:
         return []
     points = atlas.pool.points
     found, _ = atlas.body.at(points)
-    extent = extent_of(points)
+    extent = box_diagonal(points)
     beside = [] if moved_object(atlas) else _contradictions(atlas, found, extent)
     return [*beside, *_close_sheets(atlas), *_lost_contact(atlas, extent)]
 
@@ -100,5 +101,5 @@ def edge_doubts(atlas: AtlasState) -> list[Doubt]:
         f"{count_of(len(guessed.points), 'edge is', 'edges are')} drawn sharp that no contour "
         f"crossed, though most are rounded, by {guessed.radius:.3g} in the median; touch there."
     )
-    places = some_apart(guessed.points, extent_of(atlas.pool.points))
+    places = some_apart(guessed.points, box_diagonal(atlas.pool.points))
     return [Doubt("guessed edges", words, places)]

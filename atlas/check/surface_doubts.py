@@ -9,9 +9,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
 from touchatlas.atlas.mesh.winding import winding_numbers
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.patch.words import count_of
 
@@ -59,7 +60,7 @@ def _closed_holes(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
         f"{count_of(len(unsure), 'hole was', 'holes were')} closed across without a sample, and "
         "the surface may be off there by more than the tolerance; touch there."
     )
-    return [Doubt("closed holes", words, some_apart(unsure, extent_of(surface.vertices)))]
+    return [Doubt("closed holes", words, some_apart(unsure, box_diagonal(surface.vertices)))]
 
 
 def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
@@ -71,7 +72,7 @@ def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
         middle = surface.vertices[mesh.edges_sorted[rim]].mean(axis=1)
         middle = middle[~atlas.rims.at(middle, atlas.tolerance)]
         words = "The surface is not closed; touch at the rims, unless the object is open there."
-        places = some_apart(middle, extent_of(surface.vertices))
+        places = some_apart(middle, box_diagonal(surface.vertices))
         return [Doubt("holes", words, places)] if len(middle) else []
     if mesh.is_watertight and mesh.euler_number % 2 == 0:
         return _inside_out(surface.vertices, surface.faces)

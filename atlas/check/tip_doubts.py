@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from touchatlas.atlas.check.doubt import NOWHERE, Doubt, extent_of, some_apart
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.geometry.normal_error import MOST_TILT, SURE
 from touchatlas.patch.words import count_of
 
@@ -77,7 +78,7 @@ def _sharper_edges(atlas: AtlasState) -> list[Doubt]:
         "measure the tip."
     )
     points = np.array([edge.curves[0][len(edge.curves[0]) // 2] for edge in sharper])
-    return [Doubt("tip radius", words, some_apart(points, extent_of(atlas.pool.points)))]
+    return [Doubt("tip radius", words, some_apart(points, box_diagonal(atlas.pool.points)))]
 
 
 def _systematic(atlas: AtlasState) -> list[Doubt]:

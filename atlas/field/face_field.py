@@ -16,7 +16,7 @@ from touchatlas.atlas.field.rounded_edges import RoundedEdges, face_of_each_samp
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
-from touchatlas.patch.geometry.arrays import frozen_array
+from touchatlas.patch.geometry.arrays import box_diagonal, frozen_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class FaceField:
         self.faces = faces
         self.air: PassedAir | None = None
         self.trees = trees = FaceTrees(faces, before)
-        self.reach = faces.levels.believed * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self.reach = faces.levels.believed * box_diagonal(faces.points)
         self.is_one_face = len(faces) == 1
         if self.is_one_face:
             self.reach = trees.scale_of(0)

@@ -16,6 +16,7 @@ from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.sextic_mean import Mean
+from touchatlas.patch.geometry.arrays import box_diagonal
 
 
 class FaceTrees:
@@ -33,7 +34,7 @@ class FaceTrees:
         # The surface of the first of the samples, where all are one face.
         self._before = before._surfaces.get((0,)) if before and len(faces) == 1 else None
         self.faces = faces
-        self.radius = 0.25 * float(np.linalg.norm(np.ptp(faces.points, axis=0)))
+        self.radius = 0.25 * box_diagonal(faces.points)
         self._surfaces: dict[tuple[int, ...], FreeFormSurface] = {}
         # Samples of several faces: the face of each, and their tree.
         self._together: dict[tuple[int, ...], tuple[np.ndarray, cKDTree]] = {}
@@ -213,8 +214,7 @@ class FaceTrees:
         """Whether a face obeys no law, or only one that says little."""
         if face.law is None or face.kind == "quadric":
             return True
-        extent = np.ptp(self.faces.points[face.samples], axis=0)
-        return bool(np.linalg.norm(extent) <= 2.0 * self.radius)
+        return box_diagonal(self.faces.points[face.samples]) <= 2.0 * self.radius
 
     def _fitted(self, group: tuple[int, ...]) -> FreeFormSurface:
         """The surface of faces, from their samples and those without a label that lie on it."""

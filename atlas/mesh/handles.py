@@ -13,9 +13,10 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.mesh.mend import LARGEST, close_holes, diameter
+from touchatlas.atlas.mesh.mend import LARGEST, close_holes
 from touchatlas.atlas.records.surface import Surface, manifold
 from touchatlas.atlas.samples.rims import Rims
+from touchatlas.patch.geometry.arrays import box_diagonal
 
 
 def without_small_handles(surface: Surface, rims: Rims, size: float) -> Surface:
@@ -83,10 +84,10 @@ def _regions(surface: Surface, size: float) -> list[np.ndarray]:
     is_open[igl.boundary_facets(faces)[0].ravel()] = True
     taken, found = np.zeros(count, bool), list[np.ndarray]()
     # Larger holes stay open.
-    largest = LARGEST * diameter(surface.vertices)
+    largest = LARGEST * box_diagonal(surface.vertices)
     for loop in loops_within(surface.vertices, faces, min(2.0 * size, largest)):
         region = np.unique(at[loop].indices)
-        while diameter(surface.vertices[faces[region]].reshape(-1, 3)) <= min(2.5 * size, largest):
+        while box_diagonal(surface.vertices[np.unique(faces[region])]) <= min(2.5 * size, largest):
             about = np.unique(at[np.unique(faces[region])].indices)
             if taken[about].any() or is_open[faces[region]].any() or len(about) == len(region):
                 break
@@ -125,7 +126,7 @@ def _closed(surface: Surface, left_out: list[np.ndarray], rims: Rims, size: floa
     if not len(rest.faces):
         return rest
     piece = igl.vertex_components(rest.faces)
-    sizes = np.array([diameter(rest.vertices[piece == k]) for k in range(piece.max() + 1)])
+    sizes = np.array([box_diagonal(rest.vertices[piece == k]) for k in range(piece.max() + 1)])
     # A piece that was there before is no smaller than a hole that stays open.
     small = (sizes <= 2.5 * size) & (sizes < sizes.max())
     if small.any():
@@ -153,7 +154,7 @@ def loops_within(points, faces, size: float) -> Iterator[np.ndarray]:
                 continue
             root = int(((points[used] - place) ** 2).sum(axis=1).argmin())
             near = short_loops(points[used], index.reshape(-1, 3), root)
-            yield from (used[k] for k in near if diameter(points[used[k]]) <= size)
+            yield from (used[k] for k in near if box_diagonal(points[used[k]]) <= size)
 
 
 def _spread(points, apart: float) -> np.ndarray:
@@ -180,9 +181,8 @@ def short_loops(points, faces, root: int = 0) -> list[np.ndarray]:
     around = length + away[first] + away[second]
     left = ~in_tree
     left[left] = ~_in_cotree(beside[left], around[left])
-    return sorted(
-        (_loop(before, *edge) for edge in edges[left].tolist()), key=lambda k: diameter(points[k])
-    )
+    loops = [_loop(before, *edge) for edge in edges[left].tolist()]
+    return sorted(loops, key=lambda loop: box_diagonal(points[loop]))
 
 
 def _edges_and_sides(faces) -> tuple[np.ndarray, np.ndarray]:

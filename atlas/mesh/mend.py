@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.geometry.normal_error import SURE
 
 # Longest edge across a hole that is closed, and diagonal of the bounding box of the smallest piece
@@ -26,11 +27,6 @@ _SLOPE = 0.1
 # Least mean cosine between the normals of a hole's triangles and those of its rim: 120 degrees. At
 # the crest of a wall it is 0, about the outer rim of what was touched -1.
 _LEAST_COSINE = -0.5
-
-
-def diameter(points) -> float:
-    """Diagonal of the bounding box of points (n, 3), length."""
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
 def without_stray_pieces(surface: Surface, samples, least: float = LARGEST) -> Surface:
@@ -56,7 +52,7 @@ def without_stray_pieces(surface: Surface, samples, least: float = LARGEST) -> S
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, piece, points)
     np.maximum.at(high, piece, points)
-    stray = np.linalg.norm(high - low, axis=1) < least * diameter(points)
+    stray = np.linalg.norm(high - low, axis=1) < least * box_diagonal(points)
     stray |= np.bincount(nearest, minlength=count) == 0
     area = np.bincount(piece[surface.faces[:, 0]], igl.doublearea(points, surface.faces), count)
     stray[area.argmax()] = False
@@ -116,7 +112,7 @@ def close_holes(surface: Surface, rims: Rims) -> Surface:
     points, normals = surface.vertices, surface.normals
     loops = [np.array(k) for k in igl.boundary_loop_all(surface.faces)] if len(points) else []
     piece = igl.vertex_components(surface.faces) if loops else np.zeros(0, int)
-    sizes = {k: diameter(points[piece == k]) for k in {int(piece[loop[0]]) for loop in loops}}
+    sizes = {k: box_diagonal(points[piece == k]) for k in {int(piece[loop[0]]) for loop in loops}}
     parts: list[Surface] = []
     faces, places, count = [surface.faces], [], len(points)
     for loop, edges in zip(loops, _edges_within(surface.faces, loops), strict=True):
@@ -213,7 +209,7 @@ def triangles_across(rim, normals, edges, longest: float = np.inf) -> Across | N
     last = next(i for i in range(count) if after[i] >= 0)
     found = np.array([*triangles, (after[last], last, before[last])])
     faces_away = not _mean_cosine(rim[found], normals[found]) >= _LEAST_COSINE
-    if faces_away and not diameter(rim) <= longest < np.inf:
+    if faces_away and not box_diagonal(rim) <= longest < np.inf:
         return None
     ends = np.array(diagonals, int).reshape(-1, 2)
     gap = rim[ends[:, 1]] - rim[ends[:, 0]]

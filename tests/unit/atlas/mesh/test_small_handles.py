@@ -9,10 +9,10 @@ import trimesh
 
 from tests.meshes import euler_number, surface_of
 from touchatlas.atlas.mesh.handles import handle_count, short_loops, without_small_handles
-from touchatlas.atlas.mesh.mend import diameter
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.samples.rims import Rims
 from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.patch.geometry.arrays import box_diagonal
 
 # Coordinates of the grid along each axis, none of which is on the surface, where cubes have edges
 # of no length: the rings reach to 1.6 on one side, and the ball alone to -1 on the other. The
@@ -115,8 +115,8 @@ def test_a_torus_has_the_loops_around_its_tube_and_its_hole():
     through one root are no longer than twice that."""
     mesh = trimesh.creation.torus(1.0, 0.25, major_sections=96, minor_sections=32)
     short, long = short_loops(mesh.vertices, mesh.faces)
-    assert 0.5 * 0.99 <= diameter(mesh.vertices[short]) <= 1.0
-    assert 1.5 * 0.99 <= diameter(mesh.vertices[long]) <= 3.0
+    assert 0.5 * 0.99 <= box_diagonal(mesh.vertices[short]) <= 1.0
+    assert 1.5 * 0.99 <= box_diagonal(mesh.vertices[long]) <= 3.0
     turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(short, short[0])][:, 1::-1].T))
     assert abs(turn[-1] - turn[0]) < 1e-9
     turn = np.unwrap(np.arctan2(*mesh.vertices[np.append(long, long[0])][:, 1::-1].T))
