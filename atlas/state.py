@@ -58,10 +58,7 @@ class AtlasState:
     """
 
     def __init__(
-        self,
-        tolerance: float,
-        options: AtlasOptions = AtlasOptions(),
-        scale: float | None = None,
+        self, tolerance: float, options: AtlasOptions = AtlasOptions(), scale: float | None = None
     ) -> None:
         if not isinstance(options, AtlasOptions):
             raise ValueError(f"options are {options!r}; they must be AtlasOptions")

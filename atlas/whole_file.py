@@ -56,10 +56,7 @@ class FileKind:
 
 
 def load_whole(
-    path,
-    kind: FileKind,
-    read: Callable[[bytes], tuple[Any, _Read]],
-    make: Callable[[_Read], _Made],
+    path, kind: FileKind, read: Callable[[bytes], tuple[Any, _Read]], make: Callable[[_Read], _Made]
 ) -> _Made:
     """What a file holds.
 

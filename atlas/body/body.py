@@ -43,12 +43,7 @@ class Body:
         Where the surface ends because contact was lost; that of the atlas, which sets it.
     """
 
-    def __init__(
-        self,
-        faces: Faces,
-        samples: ContourSamples,
-        before: "Body | None" = None,
-    ) -> None:
+    def __init__(self, faces: Faces, samples: ContourSamples, before: "Body | None" = None) -> None:
         self.faces, self.samples = faces, samples
         self.rims: Rims | None = None
         points = samples.points

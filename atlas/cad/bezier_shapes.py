@@ -11,13 +11,7 @@ from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.cad.bezier import face_normals
 from touchatlas.atlas.cad.bezier_fit import NearSurface, bezier_faces, coarse_triangles, three_quads
 from touchatlas.atlas.cad.bezier_tree import BezierTree
-from touchatlas.atlas.cad.kernel import (
-    NamedShape,
-    NotWritten,
-    is_valid,
-    refusals,
-    solid_or_shell,
-)
+from touchatlas.atlas.cad.kernel import NamedShape, NotWritten, is_valid, refusals, solid_or_shell
 from touchatlas.atlas.records.surface import Surface
 
 

@@ -11,12 +11,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from touchatlas.atlas.samples.corrected import (
-    in_best_plane,
-    in_one_place,
-    noise_within,
-    noisier,
-)
+from touchatlas.atlas.samples.corrected import in_best_plane, in_one_place, noise_within, noisier
 from touchatlas.atlas.samples.crossings import NO_CROSSINGS, Crossings
 from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
 from touchatlas.patch.geometry.contour import Contour

@@ -7,11 +7,7 @@ from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.kriging import beyond_noise, left_out, neighbours
-from touchatlas.atlas.surfaces.sextic_fit import (
-    equations_of,
-    with_common_prior,
-    with_factors,
-)
+from touchatlas.atlas.surfaces.sextic_fit import equations_of, with_common_prior, with_factors
 from touchatlas.atlas.surfaces.sextic_sites import SexticSites, middles_of, sites_of
 from touchatlas.atlas.surfaces.sextics import Sextics, joined
 

@@ -84,8 +84,7 @@ def _height(contour: Contour, place, line, noise_floor: float) -> tuple[float, f
     # At the ends of the longer arm the curve may turn back.
     far = np.flatnonzero(np.abs(along) > 0.7 * np.abs(along).max())
     near = slice(
-        int(far[far <= middle].max(initial=-1)) + 1,
-        int(far[far > middle].min(initial=len(along))),
+        int(far[far <= middle].max(initial=-1)) + 1, int(far[far > middle].min(initial=len(along)))
     )
     along, height = along[near], height[near]
     freedom = len(along) - 5

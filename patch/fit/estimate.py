@@ -91,9 +91,7 @@ def first_choices(
     mean = map_coefficients(equations, noise, precisions[best])
     if strict:
         doubtful |= leftover(basis, length_ratios[best]) > 5.0 * noise
-    return Choices(
-        *(stack, mean, length_ratios[best], z_scales[best], doubtful, log_posterior),
-    )
+    return Choices(*(stack, mean, length_ratios[best], z_scales[best], doubtful, log_posterior))
 
 
 def _in_reach(stack: Stack) -> Stack:

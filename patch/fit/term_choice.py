@@ -19,12 +19,7 @@ from touchatlas.patch.fit.smoothness import (
     log_prior,
     smoothness_grid,
 )
-from touchatlas.patch.geometry.polynomial import (
-    Basis,
-    graded_basis,
-    monge_basis,
-    monomials,
-)
+from touchatlas.patch.geometry.polynomial import Basis, graded_basis, monge_basis, monomials
 
 # Degrees that the evidence chooses from. Degree 6 has 28 terms in x and y, 57 samples of a touch
 # hardly more.
