@@ -13,7 +13,6 @@ from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.free_disc import FreeDisc, free_disc_of
 from touchatlas.atlas.check.invariants import violations
 from touchatlas.atlas.faces.faces import Faces
-from touchatlas.atlas.known_surface import blend
 from touchatlas.atlas.learn import learn
 from touchatlas.atlas.learn_scan import learn_scan
 from touchatlas.atlas.mesh.surface import extract_surface, with_fewer_patches
@@ -22,6 +21,7 @@ from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.records.touch import AtlasChange, Touch
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.words import count_of
 
 if TYPE_CHECKING:
@@ -89,7 +89,15 @@ class Atlas(AtlasState):
     def blend(self, points) -> Blend:
         """Signed distance, normal, deviation and curvature at points (n, 3), length, world; unknown
         beyond the rims of the surface, and where no sample is near."""
-        return blend(self, points)
+        points, state = frozen_array(points, (None, 3), "points"), self.without_tip
+        if state.body is None:
+            return Blend.unknown(len(points))
+        found, known = state.body.at(points)
+        deviation = state.law.deviations(found.deviation)
+        curvature = state.body.gaussian_curvature(points, found.face)
+        known[known] = ~state.body.beyond(points[known], found.normal[known])
+        columns = found.distance, known, found.normal, deviation, curvature, found.face
+        return Blend(*columns).without(np.flatnonzero(~known))
 
     def free_disc(self, surface: Surface | None = None) -> FreeDisc | None:
         """The largest disc without a sample on the surface, as it is extracted: how large a hole

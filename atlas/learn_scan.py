@@ -9,7 +9,7 @@ from touchatlas.atlas.learn import (
     check_noise,
     check_tip,
     check_unit_of_length,
-    innovations,
+    compared,
     settle_scale,
     settle_tip,
 )
@@ -71,7 +71,7 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     settle_scale(state, scan.noise_std, state.tolerance)
     strands = _strands(scan)
     points = np.concatenate([strand.points for strand in strands])
-    if _all_learned(state, points):
+    if len(state.pool) and not cKDTree(state.pool.points).query(points)[0].any():
         return AtlasChange(
             refused="all points were learned before; give each once, because a repeated point "
             "holds no new measurement"
@@ -84,17 +84,10 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     normals = np.concatenate([strand.normals for strand in strands]) * signs[numbers][:, None]
     across = np.concatenate([strand.across for strand in strands])
     noise = np.concatenate([strand.noise for strand in strands])
-    news = innovations(state, points, noise)
+    news, _ = compared(state, points, noise)
     settle_tip(state, scan.tip_radius, scan.systematic_std)
     state.pool.add(points, normals, across, False, noise, numbers)
     return AtlasChange(innovations=news)
-
-
-def _all_learned(state: AtlasState, points) -> bool:
-    """Whether all points (n, 3) are samples already, bit for bit."""
-    if not len(state.pool):
-        return False
-    return not cKDTree(state.pool.points).query(points)[0].any()
 
 
 def _strands(scan: Scan) -> list[_Strand]:

@@ -148,18 +148,15 @@ class AtlasState:
         if not self.tip_radius or self.body is None:
             return self
         if self._less_tip is None or self._less_tip[0] is not self.known_body:
-            self._less_tip = self.known_body, *self._contacts(self.body)
+            pool = contacts(self.pool, self.body)
+            rims = rims_less_tip(self.rims, pool, self.tip_radius)
+            known = less_tip(self.known_body, pool, self.tip_radius, self.levels)
+            assert known.body is not None
+            known = replace(known, body=known.body.with_air(self.ways, rims))
+            self._less_tip = self.known_body, pool, rims, known
         found = copy(self)
         _, found.pool, found.rims, found.known_body = self._less_tip
         return found
-
-    def _contacts(self, body: Body) -> tuple[SamplePool, Rims, KnownBody]:
-        """The samples less the tip, by the body of its centres, their rims, and what they show."""
-        pool = contacts(self.pool, body)
-        rims = rims_less_tip(self.rims, pool, self.tip_radius)
-        known = less_tip(self.known_body, pool, self.tip_radius, self.levels)
-        assert known.body is not None
-        return pool, rims, replace(known, body=known.body.with_air(self.ways, rims))
 
     @property
     def body(self) -> Body | None:

@@ -143,7 +143,7 @@ def body_of_parts(
         home += [number] * len(own)
     count, faces, body = len(samples), None, None
     if pieces:
-        labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+        labels = Labels(Evidence(samples, SampleGraph(samples)))
         labels.resume(pieces, np.concatenate(of))
         within = [(a, b) for a, b in labels.pairs() if home[a] == home[b]]
         labels.moved = Tried(labels.of.copy(), within)
@@ -184,13 +184,13 @@ def _read_anew(samples: ContourSamples, known: Faces | None) -> Faces | None:
     """The faces of samples; None where laws explain too few of them at first. Faces of the same
     samples may be ``known``: what was computed for them is not computed again."""
     labels = first_labels(samples, before=known)
-    if labels.lawful_share < labels.evidence.options.lawful:
+    if labels.lawful_share < FaceOptions.lawful:
         return None
     revise_all(labels)
     return faces_of_labels(labels)
 
 
-def description_length(body: Body, options: FaceOptions = FaceOptions()) -> float:
+def description_length(body: Body) -> float:
     """Nats in which a body describes its samples (Rissanen 1978, Schwarz 1978).
 
     A sample takes half its squared distance from the surface over its variance, and no more than
@@ -201,7 +201,7 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     section 5.4.1).
     Labels of neighbours that differ are paid for as in the labelling (a Potts model).
     """
-    samples, faces = body.samples, body.faces
+    samples, faces, options = body.samples, body.faces, FaceOptions()
     found = body.field.at(samples.points)
     misfit = np.minimum(0.5 * (found.distance / samples.stds) ** 2, options.unexplained)
     freedom = np.minimum((found.deviation / samples.stds) ** 2, 1.0)
@@ -215,7 +215,7 @@ def description_length(body: Body, options: FaceOptions = FaceOptions()) -> floa
     return length + options.boundary * float(graph.weights[first != second].sum())
 
 
-def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = FaceOptions()) -> bool:
+def has_edges(samples: ContourSamples, ends_at_edge) -> bool:
     """Whether enough of the contours run over a sharp edge, or have a sample (n,) that is the last
     before one. Contours too short to show a kink do not speak against edges; where all are, as
     those of single points, there may be some."""
@@ -227,7 +227,7 @@ def has_edges(samples: ContourSamples, ends_at_edge, options: FaceOptions = Face
         for a, b in spans
     ]
     told = sum(one or b - a > 2 * SIDE for (a, b), one in zip(spans, edges, strict=True))
-    return bool(edges) and sum(edges) >= options.kinked * told
+    return bool(edges) and sum(edges) >= FaceOptions.kinked * told
 
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:

@@ -17,7 +17,6 @@ from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import Labels
-from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.records.options import Levels
@@ -61,7 +60,7 @@ def less_tip(known: KnownBody, pool: SamplePool, radius: float, levels: Levels) 
 
 def _read_again(samples: ContourSamples, faces: Faces) -> Faces:
     """The faces of contacts by the labels of those of their centres."""
-    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    labels = Labels(Evidence(samples, SampleGraph(samples)))
     labels.resume(faces.pieces, faces.patch_of)
     refit(labels)
     # What lay on the rounding of an edge by the tip lies on both of its faces.

@@ -9,7 +9,6 @@ from touchatlas.atlas.edges.boundaries import find_boundaries
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import Labels
-from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import label_samples, relabel
@@ -39,15 +38,10 @@ def read_faces(
     return with_uncrossed_edges(Body(found, samples)) if len(found) > 1 else found
 
 
-def faces_of_samples(
-    samples: ContourSamples, options: FaceOptions = FaceOptions(), before: Faces | None = None
-) -> Faces:
+def faces_of_samples(samples: ContourSamples, before: Faces | None = None) -> Faces:
     """The faces of samples of contours; if those ``before`` of the first of the samples are known,
     only what the new ones touch is read again."""
-    labels = (
-        label_samples(samples, options) if before is None else relabel(samples, before, options)
-    )
-    return faces_of_labels(labels)
+    return faces_of_labels(label_samples(samples) if before is None else relabel(samples, before))
 
 
 def faces_of_labels(labels: Labels) -> Faces:

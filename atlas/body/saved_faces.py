@@ -12,7 +12,6 @@ from touchatlas.atlas.body.choose import KnownBody, body_of_faces, body_of_one
 from touchatlas.atlas.body.read_faces import faces_of_labels, samples_of
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import NONE, Labels
-from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
@@ -58,7 +57,7 @@ def known_of_arrays(
     found = KnownBody(**known)
     if len(of):
         samples = samples_of(pool, len(of), float(arrays["faces_std"]), levels)
-        labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+        labels = Labels(Evidence(samples, SampleGraph(samples)))
         labels.resume(pieces, of)
         found = replace(found, faces=faces_of_labels(labels))
     if not count:

@@ -7,14 +7,15 @@ import numpy as np
 from touchatlas.atlas.check.doubt import Doubt, Stopped, stop_doubts
 from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.sample_doubts import edge_doubts, sample_doubts
-from touchatlas.atlas.check.surface_doubts import Triangles, surface_doubts
+from touchatlas.atlas.check.surface_doubts import surface_doubts
 from touchatlas.atlas.check.tip_doubts import tip_doubts
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 
 
 def doubts(
     atlas: AtlasState,
-    surface: Triangles | None = None,
+    surface: Surface | None = None,
     open_places: Sequence | np.ndarray = (),
     stopped: str | Stopped | None = "",
     unreachable: Sequence | np.ndarray = (),
@@ -46,7 +47,7 @@ def doubts(
     """
     if not isinstance(atlas, AtlasState):
         raise ValueError(f"got {type(atlas).__name__} for the atlas; call doubts(atlas, surface)")
-    if surface is not None and not isinstance(surface, Triangles):
+    if surface is not None and not isinstance(surface, Surface):
         raise ValueError(
             f"got {type(surface).__name__} for the surface; give the Surface that extract_surface "
             "returns, or leave it out"

@@ -1,7 +1,5 @@
 """Doubts about the triangles of an atlas: pieces, holes, and a surface that is not closed."""
 
-from typing import Protocol, runtime_checkable
-
 import igl
 import numpy as np
 import trimesh
@@ -11,35 +9,21 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
 from touchatlas.atlas.mesh.winding import winding_numbers
+from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.patch.words import count_of
 
 
-@runtime_checkable
-class Triangles(Protocol):
-    """Vertices (v, 3), length, with deviations (v,), faces (f, 3), and middles (h, 3) of closed
-    holes of a Surface."""
-
-    @property
-    def vertices(self) -> np.ndarray: ...
-    @property
-    def faces(self) -> np.ndarray: ...
-    @property
-    def deviation(self) -> np.ndarray: ...
-    @property
-    def closed_holes(self) -> np.ndarray: ...
-
-
-def surface_doubts(surface: Triangles | None, atlas: AtlasState) -> list[Doubt]:
+def surface_doubts(surface: Surface | None, atlas: AtlasState) -> list[Doubt]:
     """Pieces, holes, closed or not, an odd Euler characteristic and the side of the triangles."""
     if surface is None or not len(surface.faces):
         return [Doubt("no surface", "Nowhere is the surface known.", NOWHERE)]
     return [*_pieces(surface), *_closed_holes(surface, atlas), *_openings(surface, atlas)]
 
 
-def _pieces(surface: Triangles) -> list[Doubt]:
+def _pieces(surface: Surface) -> list[Doubt]:
     """One doubt where the triangles are of several bodies."""
     edges = np.concatenate([surface.faces[:, [0, 1]], surface.faces[:, [1, 2]]])
     links = coo_matrix((np.ones(len(edges)), edges.T), (len(surface.vertices),) * 2)
@@ -48,7 +32,7 @@ def _pieces(surface: Triangles) -> list[Doubt]:
     return [Doubt("pieces", words, NOWHERE)] if pieces > 1 else []
 
 
-def _closed_holes(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
+def _closed_holes(surface: Surface, atlas: AtlasState) -> list[Doubt]:
     """One doubt where holes were closed across that are not known to the tolerance."""
     if not len(surface.closed_holes):
         return []
@@ -63,7 +47,7 @@ def _closed_holes(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
     return [Doubt("closed holes", words, some_apart(unsure, box_diagonal(surface.vertices)))]
 
 
-def _openings(surface: Triangles, atlas: AtlasState) -> list[Doubt]:
+def _openings(surface: Surface, atlas: AtlasState) -> list[Doubt]:
     """One doubt where the surface is open though no rim is known there, no closed surface, or
     inside out."""
     mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)

@@ -66,16 +66,12 @@ class SharpEdges:
         """
         if not len(rows):
             return
-        limit = self._least_out(sign, pair, at.points[rows], away)
+        out = self._near_samples_out(sign, pair, at.points[rows], away)
+        # Twice as far as the samples about a point.
+        limit = np.where(out > 0.0, 2.0 * out, -np.inf)
         theirs = at.values(pair[1], rows)
         wins = sign * theirs[:, 0] > np.maximum(sign * chosen[rows, 0], limit)
         chosen[rows[wins]], decides[rows[wins]] = theirs[wins], pair[1]
-
-    def _least_out(self, sign: float, pair, points, away) -> np.ndarray:
-        """(m,) how far out of the second face of a pair points (m, 3) must lie at least where it
-        decides for those of the first, length: twice as far as the samples about them."""
-        before = self._near_samples_out(sign, pair, points, away)
-        return np.where(before > 0.0, 2.0 * before, -np.inf)
 
     def _near_samples_out(self, sign: float, pair, points, away) -> np.ndarray:
         """(m,) how far the samples of the first face of a pair that are nearest to points (m, 3)

@@ -44,15 +44,15 @@ class Evidence:
     ----------
     samples : ContourSamples
     graph : SampleGraph
-    options : FaceOptions
     recall : Recall
         What was computed of these samples before, by all that it depends on.
+    options : FaceOptions
     """
 
     samples: ContourSamples
     graph: SampleGraph
-    options: FaceOptions
     recall: Recall = field(default_factory=Recall)
+    options: FaceOptions = FaceOptions()
 
     @property
     def facing(self) -> float:

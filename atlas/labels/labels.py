@@ -156,11 +156,6 @@ class Labels:
         self.of = of.ravel() - first
         self.pieces = [self.pieces[k] for k in used[first:]]
 
-    def energy(self, piece: Piece, members) -> float:
-        """Nats of a piece that explains samples: their misfit and its parameters."""
-        price = self.evidence.price(piece.kind, len(members))
-        return float(self.evidence.nats(piece, members).sum()) + price
-
     def length(self, members, some: Iterable[int]) -> float:
         """Nats of samples (m,) and of their links to all others, and of the parameters of ``some``
         labels."""

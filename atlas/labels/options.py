@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from touchatlas.patch.geometry.arrays import real
-
 
 @dataclass(frozen=True)
 class FaceOptions:
@@ -40,10 +38,3 @@ class FaceOptions:
     kinked: float = 0.06
     lawful: float = 0.25
     rounds: int = 10
-
-    def __post_init__(self) -> None:
-        for name in ("unexplained", "boundary", "doubt", "better", "kinked", "lawful"):
-            if not 0.0 < real(getattr(self, name)) < float("inf"):
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a number > 0")
-        if not (isinstance(self.rounds, int) and self.rounds >= 1):
-            raise ValueError(f"rounds is {self.rounds!r}; it must be a whole number >= 1")

@@ -39,6 +39,12 @@ class Blend:
             f"<Blend: {count_of(len(self.known), 'point')}, {int(self.known.sum())} of them known>"
         )
 
+    @staticmethod
+    def unknown(count: int) -> "Blend":
+        """Of so many points where nothing is known."""
+        none, nowhere = np.full(count, np.nan), np.full(count, -1)
+        return Blend(none, nowhere > 0, np.full((count, 3), np.nan), none, none, nowhere)
+
     def without(self, index) -> "Blend":
         """The same, unknown at the points of indices (k,)."""
         if not len(index):

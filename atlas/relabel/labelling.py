@@ -5,7 +5,6 @@ import numpy as np
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.grow import Evidence, growths, planes_from
 from touchatlas.atlas.labels.labels import Labels
-from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.recall import Recall
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples
@@ -27,30 +26,23 @@ from touchatlas.atlas.relabel.moves import (
 _APART = 3 * Kind.PLANE.parameters + 5
 
 
-def label_samples(samples: ContourSamples, options: FaceOptions = FaceOptions()) -> Labels:
+def label_samples(samples: ContourSamples) -> Labels:
     """Pieces that explain samples, and the piece of each sample, or NONE.
 
     Growths from seeds are chosen greedily by description length; then labels, pieces, and their
     number are revised until nothing becomes shorter. Nothing is random: equal samples give equal
     labels.
-
-    Parameters
-    ----------
-    samples : ContourSamples
-    options : FaceOptions
     """
-    labels = first_labels(samples, options)
+    labels = first_labels(samples)
     revise_all(labels)
     return labels
 
 
-def first_labels(
-    samples: ContourSamples, options: FaceOptions = FaceOptions(), before: Faces | None = None
-) -> Labels:
+def first_labels(samples: ContourSamples, before: Faces | None = None) -> Labels:
     """Labels by growths from the seeds of samples, and from straight runs of what these leave.
     Links and fits that were computed for faces ``before`` of the first of the samples are taken
     from there; the result is the same."""
-    labels = Labels(_evidence(samples, options, before))
+    labels = Labels(_evidence(samples, before))
     best, left = np.full(len(samples), -np.inf), np.ones(len(samples), bool)
     found = growths(labels.evidence, seeds_of(samples), left)
     for growth in found:
@@ -79,10 +71,10 @@ def seeds_of(samples: ContourSamples) -> np.ndarray:
     return np.sort(np.append(seeds[~loose], seeds[loose][::_APART]))
 
 
-def relabel(samples: ContourSamples, before: Faces, options: FaceOptions = FaceOptions()) -> Labels:
-    """Labels of samples, of the first of which the faces ``before`` were read with these options:
-    only what the new ones touch is revised."""
-    labels = Labels(_evidence(samples, options, before))
+def relabel(samples: ContourSamples, before: Faces) -> Labels:
+    """Labels of samples, of the first of which the faces ``before`` were read: only what the new
+    ones touch is revised."""
+    labels = Labels(_evidence(samples, before))
     labels.resume(before.pieces, before.patch_of)
     if len(before.rounded):
         find_roundings(labels)
@@ -90,13 +82,12 @@ def relabel(samples: ContourSamples, before: Faces, options: FaceOptions = FaceO
     return labels
 
 
-def _evidence(samples: ContourSamples, options: FaceOptions, before: Faces | None) -> Evidence:
+def _evidence(samples: ContourSamples, before: Faces | None) -> Evidence:
     """Samples with what is known of the first of them by the faces ``before``."""
     if before is None:
-        return Evidence(samples, SampleGraph(samples), options)
+        return Evidence(samples, SampleGraph(samples))
     graph = SampleGraph(samples, before.links)
-    recall = Recall(before.recall if graph.goes_on else None)
-    return Evidence(samples, graph, options, recall)
+    return Evidence(samples, graph, Recall(before.recall if graph.goes_on else None))
 
 
 def revise_all(labels: Labels) -> None:

@@ -11,7 +11,6 @@ from tests.touched import BORNE, touched, touched_samples
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.join_faces import join_faces
 from touchatlas.atlas.labels.labels import NONE
-from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.samples import contour_samples
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.relabel.labelling import label_samples, relabel
@@ -103,10 +102,3 @@ def test_samples_that_nothing_explains_keep_no_label():
     labels = label_samples(contour_samples(points, outward, planes, BORNE * noise))
     assert (labels.of[-45:] == NONE).all()
     assert (labels.of[:-45] == 0).mean() > 0.999
-
-
-def test_options_refuse_what_is_no_price():
-    with pytest.raises(ValueError, match="unexplained is -1"):
-        FaceOptions(unexplained=-1)
-    with pytest.raises(ValueError, match="rounds is 0"):
-        FaceOptions(rounds=0)

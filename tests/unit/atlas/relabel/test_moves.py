@@ -5,7 +5,6 @@ import pytest
 
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import NONE, Labels
-from touchatlas.atlas.labels.options import FaceOptions
 from touchatlas.atlas.labels.sample_graph import SampleGraph
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
@@ -33,7 +32,7 @@ def rows_of(height, count: int = 60) -> ContourSamples:
 
 def labels_of(samples: ContourSamples, kind: Kind) -> Labels:
     """All samples with one label of a kind."""
-    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    labels = Labels(Evidence(samples, SampleGraph(samples)))
     everyone = np.arange(len(samples))
     labels.add(fit_piece(kind, samples.points, samples.normals, STD), everyone)
     return labels
@@ -64,7 +63,7 @@ def test_a_part_of_many_samples_stays_a_face_where_a_label_falls_apart(rows, kep
 
 def halves_of(samples: ContourSamples) -> Labels:
     """A plane for the samples on each side of y = 0."""
-    labels = Labels(Evidence(samples, SampleGraph(samples), FaceOptions()))
+    labels = Labels(Evidence(samples, SampleGraph(samples)))
     for side in (samples.points[:, 1] < 0.0, samples.points[:, 1] >= 0.0):
         own = np.flatnonzero(side)
         piece = fit_piece(Kind.PLANE, samples.points[own], samples.normals[own], STD)
