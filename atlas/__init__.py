@@ -48,36 +48,23 @@ __all__ = [
     "write_graphml",
     "write_json",
 ]
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
+    __name__,
     {
-        "Atlas": "touchatlas.atlas.atlas",
-        "AtlasChange": "touchatlas.atlas.records.touch",
-        "AtlasOptions": "touchatlas.atlas.records.options",
-        "Blend": "touchatlas.atlas.records.blend",
-        "Doubt": "touchatlas.atlas.check.doubt",
-        "EdgeKind": "touchatlas.atlas.edges.boundary",
-        "Face": "touchatlas.atlas.faces.faces",
-        "FaceEdge": "touchatlas.atlas.faces.faces",
-        "FaceValues": "touchatlas.atlas.field.face_field",
-        "face_values": "touchatlas.atlas.field.face_field",
-        "Faces": "touchatlas.atlas.faces.faces",
-        "LawfulOptions": "touchatlas.atlas.cad.lawful",
-        "Levels": "touchatlas.atlas.records.options",
-        "Scan": "touchatlas.atlas.records.scan",
-        "StepReport": "touchatlas.atlas.cad.step",
-        "Surface": "touchatlas.atlas.mesh.surface",
-        "Touch": "touchatlas.atlas.records.touch",
-        "TouchStatus": "touchatlas.atlas.records.touch",
-        "doubts": "touchatlas.atlas.check.doubts",
-        "extract_surface": "touchatlas.atlas.mesh.surface",
-        "load_atlas": "touchatlas.atlas.store",
-        "save_atlas": "touchatlas.atlas.store",
-        "save_step": "touchatlas.atlas.cad.step",
-        "write_graphml": "touchatlas.atlas.faces.face_graph",
-        "write_json": "touchatlas.atlas.faces.face_graph",
-    }
+        "atlas": "Atlas",
+        "cad.lawful": "LawfulOptions",
+        "cad.step": "StepReport save_step",
+        "check.doubt": "Doubt",
+        "check.doubts": "doubts",
+        "edges.boundary": "EdgeKind",
+        "faces.face_graph": "write_graphml write_json",
+        "faces.faces": "Face FaceEdge Faces",
+        "field.face_field": "FaceValues face_values",
+        "mesh.surface": "Surface extract_surface",
+        "records.blend": "Blend",
+        "records.options": "AtlasOptions Levels",
+        "records.scan": "Scan",
+        "records.touch": "AtlasChange Touch TouchStatus",
+        "store": "load_atlas save_atlas",
+    },
 )
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})

@@ -52,25 +52,15 @@ __all__ = [
     "fit_paper",
     "fit_patch",
 ]
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
+    __name__,
     {
-        "Contour": "touchatlas.patch.geometry.contour",
-        "ContourEnd": "touchatlas.patch.geometry.contour",
-        "DarbouxFrame": "touchatlas.patch.geometry.frame",
-        "Diagnosis": "touchatlas.patch.fit.diagnosis",
-        "DiagnosisLimits": "touchatlas.patch.fit.diagnosis",
-        "FitOptions": "touchatlas.patch.fit.fit_patch",
-        "Patch": "touchatlas.patch.geometry.patch",
-        "PatchFit": "touchatlas.patch.fit.fit_patch",
-        "Penalty": "touchatlas.patch.paper.fit_paper",
-        "SamplingPlane": "touchatlas.patch.geometry.contour",
-        "UnfitError": "touchatlas.patch.fit.start",
-        "diagnose": "touchatlas.patch.fit.diagnosis",
-        "fit_paper": "touchatlas.patch.paper.fit_paper",
-        "fit_patch": "touchatlas.patch.fit.fit_patch",
-    }
+        "fit.diagnosis": "Diagnosis DiagnosisLimits diagnose",
+        "fit.fit_patch": "FitOptions PatchFit fit_patch",
+        "fit.start": "UnfitError",
+        "geometry.contour": "Contour ContourEnd SamplingPlane",
+        "geometry.frame": "DarbouxFrame",
+        "geometry.patch": "Patch",
+        "paper.fit_paper": "Penalty fit_paper",
+    },
 )
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})

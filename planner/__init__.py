@@ -48,33 +48,22 @@ __all__ = [
     "touch_points",
     "track_plan",
 ]
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
+    __name__,
     {
-        "CostModel": "touchatlas.planner.cost_model",
-        "Planner": "touchatlas.planner.planner",
-        "PlannerOptions": "touchatlas.planner.options",
-        "ProbePlan": "touchatlas.planner.probe_plan",
-        "Reason": "touchatlas.planner.probe_plan",
-        "Reading": "touchatlas.planner.tracking.machines",
-        "Scanner": "touchatlas.planner.tracking.machines",
-        "Step": "touchatlas.planner.loop",
-        "Stop": "touchatlas.planner.stop",
-        "StopReason": "touchatlas.planner.stop",
-        "Target": "touchatlas.planner.attempts",
-        "Tip": "touchatlas.planner.tracking.options",
-        "TrackingOptions": "touchatlas.planner.tracking.options",
-        "Trigger": "touchatlas.planner.tracking.machines",
-        "TriggerOptions": "touchatlas.planner.tracking.options",
-        "explore": "touchatlas.planner.loop",
-        "load_planner": "touchatlas.planner.store",
-        "planner_of": "touchatlas.planner.guest",
-        "save_planner": "touchatlas.planner.store",
-        "target_at": "touchatlas.planner.sources",
-        "touch_points": "touchatlas.planner.tracking.touch_points",
-        "track_plan": "touchatlas.planner.tracking.track_plan",
-    }
+        "attempts": "Target",
+        "cost_model": "CostModel",
+        "guest": "planner_of",
+        "loop": "Step explore",
+        "options": "PlannerOptions",
+        "planner": "Planner",
+        "probe_plan": "ProbePlan Reason",
+        "sources": "target_at",
+        "stop": "Stop StopReason",
+        "store": "load_planner save_planner",
+        "tracking.machines": "Reading Scanner Trigger",
+        "tracking.options": "Tip TrackingOptions TriggerOptions",
+        "tracking.touch_points": "touch_points",
+        "tracking.track_plan": "track_plan",
+    },
 )
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})

@@ -38,29 +38,20 @@ __all__ = [
     "run_exploration",
     "truth_of",
 ]
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
+    __name__,
     {
-        "EvaluateOptions": "touchatlas.sim.judge.truth",
-        "Evaluation": "touchatlas.sim.judge.evaluate",
-        "Journal": "touchatlas.sim.folder.journal",
-        "Probe": "touchatlas.sim.world.probe",
-        "Result": "touchatlas.sim.run.work",
-        "Run": "touchatlas.sim.run.run",
-        "ProbeOptions": "touchatlas.sim.machine.options",
-        "RunOptions": "touchatlas.sim.folder.run_options",
-        "Watcher": "touchatlas.sim.run.watcher",
-        "Truth": "touchatlas.sim.judge.truth",
-        "evaluate_surface": "touchatlas.sim.judge.evaluate",
-        "explore": "touchatlas.sim.run.run",
-        "load_run": "touchatlas.sim.run.run",
-        "make_object": "touchatlas.sim.world.objects",
-        "object_names": "touchatlas.sim.world.objects",
-        "resume_exploration": "touchatlas.sim.run.exploration",
-        "run_exploration": "touchatlas.sim.run.exploration",
-        "truth_of": "touchatlas.sim.run.conclusion",
-    }
+        "folder.journal": "Journal",
+        "folder.run_options": "RunOptions",
+        "judge.evaluate": "Evaluation evaluate_surface",
+        "judge.truth": "EvaluateOptions Truth",
+        "machine.options": "ProbeOptions",
+        "run.conclusion": "truth_of",
+        "run.exploration": "resume_exploration run_exploration",
+        "run.run": "Run explore load_run",
+        "run.watcher": "Watcher",
+        "run.work": "Result",
+        "world.objects": "make_object object_names",
+        "world.probe": "Probe",
+    },
 )
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})

@@ -45,31 +45,19 @@ __all__ = [
     "touch_of_log",
     "touches_of",
 ]
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
+    __name__,
     {
-        "Controller": "touchatlas.planner.drivers.guarded",
-        "Grbl": "touchatlas.planner.drivers.grbl",
-        "GuardOptions": "touchatlas.planner.drivers.guarded",
-        "GuardedTrigger": "touchatlas.planner.drivers.guarded",
-        "LinuxCnc": "touchatlas.planner.drivers.linuxcnc_live",
-        "MachineFault": "touchatlas.planner.drivers.guarded",
-        "OutOfReach": "touchatlas.planner.drivers.guarded",
-        "Qualification": "touchatlas.planner.drivers.qualification",
-        "Recording": "touchatlas.planner.drivers.recording",
-        "ReplayOptions": "touchatlas.planner.drivers.replay",
-        "linuxcnc_program": "touchatlas.planner.drivers.linuxcnc_files",
-        "log_name": "touchatlas.planner.drivers.linuxcnc_files",
-        "probe_toml": "touchatlas.planner.drivers.probe_file",
-        "qualify": "touchatlas.planner.drivers.qualification",
-        "qualify_recording": "touchatlas.planner.drivers.scanned_ball",
-        "read_bag": "touchatlas.planner.drivers.bags",
-        "read_tip": "touchatlas.planner.drivers.probe_file",
-        "robot_of": "touchatlas.planner.drivers.robot",
-        "touch_of_log": "touchatlas.planner.drivers.linuxcnc_files",
-        "touches_of": "touchatlas.planner.drivers.replay",
-    }
+        "bags": "read_bag",
+        "grbl": "Grbl",
+        "guarded": "Controller GuardOptions GuardedTrigger MachineFault OutOfReach",
+        "linuxcnc_files": "linuxcnc_program log_name touch_of_log",
+        "linuxcnc_live": "LinuxCnc",
+        "probe_file": "probe_toml read_tip",
+        "qualification": "Qualification qualify",
+        "recording": "Recording",
+        "replay": "ReplayOptions touches_of",
+        "robot": "robot_of",
+        "scanned_ball": "qualify_recording",
+    },
 )
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
