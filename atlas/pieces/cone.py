@@ -21,7 +21,7 @@ def value_gradient_terms(cone, points) -> tuple[np.ndarray, np.ndarray, np.ndarr
     >>> value.round(6).tolist(), gradient[0].round(6).tolist()
     ([1.414214], [0.707107, 0.0, -0.707107])
     """
-    offset, height, radial, rho = _split(cone, points)
+    offset, height, radial, rho = split_about_axis(cone, points)
     side, cosine, sine = np.sign(cone[6]), np.cos(cone[6]), np.sin(np.abs(cone[6]))
     out = np.empty((7, len(points)))
     gradient = side * (cosine * radial - sine * cone[3:6])
@@ -43,16 +43,16 @@ def outward_change(cone) -> np.ndarray:
 def hessians(cone, points) -> np.ndarray:
     """(n, 3, 3) second derivatives of the distance from a cone at points (n, 3): cos α / rho about
     the axis."""
-    _, _, radial, rho = _split(cone, points)
+    _, _, radial, rho = split_about_axis(cone, points)
     about = np.cross(cone[3:6], radial)
     bend = np.sign(cone[6]) * np.cos(cone[6]) / rho
     return np.asarray(bend[:, None, None] * about[:, :, None] * about[:, None, :])
 
 
-def _split(cone, points):
-    """Offsets (n, 3) from the apex, heights (n,) along the axis, unit radial directions (n, 3), and
-    distances (n,) from the axis."""
-    offset, axis = points - cone[:3], cone[3:6]
+def split_about_axis(form, points):
+    """Offsets (n, 3) from a point of the axis of a cone or torus, heights (n,) along the axis, unit
+    radial directions (n, 3), and distances (n,) from the axis."""
+    offset, axis = points - form[:3], form[3:6]
     height = offset @ axis
     radial = offset - height[:, None] * axis
     rho = np.maximum(np.sqrt((radial * radial).sum(axis=1)), _TINY)

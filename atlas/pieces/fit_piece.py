@@ -2,9 +2,8 @@
 
 from collections.abc import Callable
 
-from touchatlas.atlas.pieces.fit_cone import fit_cone
+from touchatlas.atlas.pieces.about_axis import fit_cone, fit_torus
 from touchatlas.atlas.pieces.fit_cylinder import fit_cylinder
-from touchatlas.atlas.pieces.fit_torus import fit_torus
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.linear_fit import frame_of, linear_fit
 from touchatlas.atlas.pieces.piece import Piece

@@ -6,7 +6,7 @@ and the radius r of the tube, negative where the outside of the body lies in the
 
 import numpy as np
 
-_TINY = float(np.finfo(float).tiny)
+from touchatlas.atlas.pieces.cone import split_about_axis
 
 
 def value_gradient_terms(torus, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -54,11 +54,7 @@ def hessians(torus, points) -> np.ndarray:
 
 
 def _split(torus, points):
-    """Offsets (n, 3) from the centre, heights (n,) along the axis, unit radial directions (n, 3),
-    distances (n,) from the axis and from the circle."""
-    offset, axis = points - torus[:3], torus[3:6]
-    height = offset @ axis
-    radial = offset - height[:, None] * axis
-    rho = np.maximum(np.sqrt((radial * radial).sum(axis=1)), _TINY)
-    distance = np.maximum(np.hypot(rho - torus[6], height), _TINY)
-    return offset, height, radial / rho[:, None], rho, distance
+    """Those of ``split_about_axis``, and distances (n,) from the circle."""
+    offset, height, radial, rho = split_about_axis(torus, points)
+    distance = np.maximum(np.hypot(rho - torus[6], height), np.finfo(float).tiny)
+    return offset, height, radial, rho, distance
