@@ -117,7 +117,7 @@ class Body:
         found = [0.0]
         for face in self.faces.faces:
             at = self.samples.points[face.samples[:: max(1, len(face.samples) // 16)]]
-            shape = self.field.trees.shape_operators(face.id, at)
+            shape = self.field.trees.of(face.id).shape_operators(at)
             found.append(float(np.abs(np.linalg.eigvalsh(shape)).max(axis=1).mean()))
         return max(found)
 
@@ -206,7 +206,7 @@ class Body:
         out = np.zeros(len(points))
         for one in self.faces.faces:
             mine = np.flatnonzero(face == one.id)
-            shape = self.field.trees.shape_operators(one.id, points[mine])
+            shape = self.field.trees.of(one.id).shape_operators(points[mine])
             trace = np.trace(shape, axis1=1, axis2=2)
             out[mine] = 0.5 * (trace**2 - np.einsum("nij,nji->n", shape, shape))
         for corner in self.faces.corners:

@@ -52,7 +52,7 @@ def guessed_edges(body: Body, tolerance: float) -> GuessedEdges:
 
 def _between(body: Body, pair, point) -> np.ndarray:
     """The direction (3,) half-way between the normals of a pair of faces at a point (3,)."""
-    both = np.sum([body.field.trees.values(k, point[None])[0, 1:4] for k in pair], axis=0)
+    both = np.sum([body.field.trees.of(k).values(point[None])[0, 1:4] for k in pair], axis=0)
     return np.asarray(both / np.linalg.norm(both))
 
 

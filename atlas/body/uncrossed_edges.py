@@ -47,7 +47,7 @@ class _Meeting:
     def beside(self, body: Body) -> np.ndarray:
         """(kinds, 2, n, 3) points beside those of an edge of each kind, on each of both faces."""
         points = self.curve.points
-        first, second = (body.field.trees.values(k, points)[:, 1:4] for k in self.pair)
+        first, second = (body.field.trees.of(k).values(points)[:, 1:4] for k in self.pair)
         step = 0.25 * float(np.median(body.samples.steps))
         return points_beside(points, first, second, step)
 

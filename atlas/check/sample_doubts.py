@@ -56,7 +56,7 @@ def _contours_beside(atlas: AtlasState) -> np.ndarray:
     if body is None or not body.is_one_face:
         return np.zeros(atlas.point_count, bool)
     # The polynomials bend toward the contour, and are unsure there.
-    smooth = body.field.trees.distances(0, atlas.pool.points)
+    smooth = body.field.trees.of(0).distances(atlas.pool.points)
     off = np.abs(smooth) > _FAR * atlas.sample_stds
     contours = split_contours(atlas.pool.points, atlas.pool.contours)[0]
     beside = np.bincount(contours, off) > _MOST * np.bincount(contours)

@@ -15,7 +15,7 @@ def alike_faces(trees: FaceTrees, noise) -> tuple[np.ndarray, np.ndarray]:
         points = trees.faces.points[faces[later].samples[some]]
         on = np.abs(trees.between[later][some]) < noise + noise[later]
         for first in np.flatnonzero(on[:, :later].mean(axis=0) > 0.5).tolist():
-            normals = [trees.level(k, points)[:, 1:] for k in (first, later)]
+            normals = [trees.of(k).level(points)[:, 1:] for k in (first, later)]
             cosine = (normals[0] * normals[1]).sum(axis=1)
             if (on[:, first] & (np.abs(cosine) > 0.99)).mean() > 0.5:
                 one[later], way[later] = one[first], way[first] * np.sign(np.median(cosine))

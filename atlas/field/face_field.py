@@ -136,7 +136,7 @@ class FaceField:
         if not self.is_one_face:
             found = self.at(points)
             return found.distance, found.normal
-        one = self.trees.level(0, points)
+        one = self.trees.of(0).level(points)
         if self.air is None:
             return one[:, 0], one[:, 1:]
         moved = self.air.moved(points, one[:, 0], one[:, 1:], np.zeros(len(one)))
@@ -145,7 +145,7 @@ class FaceField:
     def _of_faces(self, points) -> FaceValues:
         """The same of the faces alone."""
         if self.is_one_face:
-            one, face = self.trees.values(0, points), np.zeros(len(points), int)
+            one, face = self.trees.of(0).values(points), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         at = self.trees.at(points)
         decides, chosen = self._cells.decide(at)

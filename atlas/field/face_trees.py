@@ -68,23 +68,10 @@ class FaceTrees:
         """Of each face, the signed distances (m, f) of its samples from all faces, length."""
         return [self.all_distances(self.faces.points[face.samples]) for face in self.faces.faces]
 
-    def values(self, number: int, points) -> np.ndarray:
-        """(n, 5) distance, normal and variance of a face at points (n, 3)."""
-        if (surface := self.free_form(number)) is not None:
-            return surface.values(points)
-        return values_of(self.faces.faces[number].pieces[0], points)
-
-    def level(self, number: int, points) -> np.ndarray:
-        """(n, 4) distance and normal of a face at points (n, 3)."""
-        if (surface := self.free_form(number)) is not None:
-            return surface.level(points)
-        return np.column_stack(self.faces.faces[number].pieces[0].at(points))
-
-    def distances(self, number: int, points) -> np.ndarray:
-        """(n,) signed distances of points (n, 3) from a face."""
-        if (surface := self.free_form(number)) is not None:
-            return surface.at(points)[:, 0]
-        return self.faces.faces[number].pieces[0].at(points)[0]
+    def of(self, number: int) -> Piece | FreeFormSurface:
+        """What has the surface of a face: the piece of its law, or a free-form surface."""
+        surface = self.free_form(number)
+        return self.faces.faces[number].pieces[0] if surface is None else surface
 
     def all_distances(self, points) -> np.ndarray:
         """(n, f) signed distances of points (n, 3) from all faces."""
@@ -102,7 +89,7 @@ class FaceTrees:
                 means[group[0]] = surface.mean_at(points)
                 out[:, bent] = means[group[0]].values[:, :1]
             elif bent:
-                out[:, bent] = self.distances(bent[0], points)[:, None]
+                out[:, bent] = self.of(bent[0]).distances(points)[:, None]
         return FacesAt(self, points, out, means)
 
     @cached_property
@@ -121,12 +108,6 @@ class FaceTrees:
         found = [face.pieces[0].at(middle[None]) for face in faces]
         normals = np.reshape([normal for _, normal in found], (-1, 3))
         return middle, [f.id for f in faces], normals, np.ravel([level for level, _ in found])
-
-    def shape_operators(self, number: int, points) -> np.ndarray:
-        """(n, 3, 3) shape operators of a face, 1/length."""
-        if (surface := self.free_form(number)) is not None:
-            return surface.shape_operators(points)
-        return self.faces.faces[number].pieces[0].shape_operators(points)
 
     def is_free_form(self, number: int) -> bool:
         """Whether a face obeys no law, or is a quadric or no larger than a quartic, and smooth rims
@@ -278,19 +259,13 @@ class FacesAt:
     def _values(self, number: int, own, points) -> np.ndarray:
         """(m, 5) the same, of points (m, 3) with places (m,) among all that are asked."""
         if (surface := self.trees.free_form(number)) is None:
-            return self.trees.values(number, points)
+            return self.trees.of(number).values(points)
         return surface.values_of(self._means[number].some(own), points)
 
 
 def curve_tree(edge: FaceEdge) -> cKDTree:
     """The curves of an edge by place."""
     return cKDTree(np.concatenate([_finer(curve) for curve in edge.curves]))
-
-
-def values_of(piece: Piece, points) -> np.ndarray:
-    """(n, 5) distance, normal and variance of a piece."""
-    distance, normals, variance = piece.predicted(points)
-    return np.column_stack([distance, normals, variance])
 
 
 def _finer(curve) -> np.ndarray:

@@ -152,7 +152,7 @@ def face_of_each_sample(trees: FaceTrees) -> np.ndarray:
     parts += [(corner.faces, corner.sign, corner.samples) for corner in faces.corners]
     for own, sign, samples in parts:
         mine = samples[faces.of[samples] == NONE]
-        out_of = [sign * trees.distances(k, faces.points[mine]) for k in own]
+        out_of = [sign * trees.of(k).distances(faces.points[mine]) for k in own]
         out[mine] = np.array(own)[np.argmax(out_of, axis=0)]
     return out
 
@@ -170,7 +170,7 @@ def are_rounded(trees: FaceTrees, points, distances, reach: float) -> np.ndarray
         rows = rows[(sign * distances[rows][:, pair] <= 0.0).all(axis=1)]
         for face in pair:
             rows = rows[trees.away(face, points[rows]) < 2.0 * reach]
-        values = np.stack([trees.values(face, points[rows]) for face in pair], axis=1)
+        values = np.stack([trees.of(face).values(points[rows]) for face in pair], axis=1)
         noise = trees.faces.levels.sure * max(trees.faces.faces[face].deviation for face in pair)
         found, weights = _ball(edge, values)
         out[rows[(found > -noise) & (weights.min(axis=1) > 0.0)]] = True

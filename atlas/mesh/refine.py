@@ -190,7 +190,7 @@ def _newton(trees: FaceTrees, pair, points, near: float) -> tuple[np.ndarray, np
     lie within ``near`` (length) of both, which differ there by an angle."""
     at = points
     for step in range(5):
-        one, other = (trees.values(k, at)[:, :4] for k in pair)
+        one, other = (trees.of(k).values(at)[:, :4] for k in pair)
         cosine = (one[:, 1:] * other[:, 1:]).sum(axis=1)
         square = np.maximum(1.0 - cosine**2, np.sin(_TURN) ** 2)
         if step == 4:

@@ -97,7 +97,7 @@ def _with_unknown_risers(body: Body, surface: Surface) -> Surface:
     for own, other in ((0, 1), (1, 0)):
         for face in np.unique(of[:, own]).tolist():
             mine = of[:, own] == face
-            off = body.field.trees.distances(face, surface.vertices[ends[mine, other]])
+            off = body.field.trees.of(face).distances(surface.vertices[ends[mine, other]])
             height[mine] = np.minimum(height[mine], np.abs(off))
     deviation = surface.deviation.copy()
     np.maximum.at(deviation, ends.ravel(), np.repeat(0.5 * height, 2))

@@ -79,6 +79,18 @@ class Piece:
         variance = np.where(length < _LEAST_GRADIENT, np.inf, np.maximum(variance, 0.0))
         return distance, normals, variance
 
+    def values(self, points) -> np.ndarray:
+        """(n, 5) these three at points (n, 3), side by side."""
+        return np.column_stack(self.predicted(points))
+
+    def level(self, points) -> np.ndarray:
+        """(n, 4) distance and normal of these values alone."""
+        return np.column_stack(self.at(points))
+
+    def distances(self, points) -> np.ndarray:
+        """(n,) signed distances of points (n, 3), length."""
+        return self.at(points)[0]
+
     def _terms_at(self, scaled):
         """F (n,), its gradient (n, 3) and terms (s, n) at scaled local points (n, 3)."""
         return value_gradient_terms(self.kind, self.coefficients, scaled)
@@ -134,9 +146,9 @@ class Piece:
         more = np.outer(change, change) * variance / self.scale**2
         return replace(self, covariance=self.covariance + more)
 
-    def feet(self, points, steps: int = 2) -> np.ndarray:
+    def feet(self, points) -> np.ndarray:
         """(n, 3) points moved onto the surface along its normals."""
-        for _ in range(steps):
+        for _ in range(2):
             distance, normals = self.at(points)
             points = points - distance[:, None] * normals
         return points

@@ -100,6 +100,10 @@ class FreeFormSurface:
         """(n, 4) distance and normal of the sextics alone at points (n, 3)."""
         return self.mean_at(points).values
 
+    def distances(self, points) -> np.ndarray:
+        """(n,) signed distances of points (n, 3) from the sextics alone, length."""
+        return self.mean_at(points).values[:, 0]
+
     @cached_property
     def at_samples(self) -> np.ndarray:
         """(n, 4) the same at the samples."""
