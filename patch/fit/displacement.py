@@ -7,11 +7,11 @@ import numpy as np
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.fit.estimate import FIT_REACH
 from touchatlas.patch.fit.fit_patch import FitOptions, PatchFit, fit_patch, unsolvable_is_unfit
-from touchatlas.patch.fit.smoothness import coefficient_precision, scaled_noise
+from touchatlas.patch.fit.residual_tests import linearised
+from touchatlas.patch.fit.smoothness import coefficient_precision
 from touchatlas.patch.fit.start import UnfitError
 from touchatlas.patch.geometry.contour import Contour, SamplingPlane
 from touchatlas.patch.geometry.patch import Patch
-from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
 _FIXED_TERMS = FitOptions(adaptive=False)
 
@@ -141,22 +141,6 @@ def _schur(parts, mixed, covariance, weight: float) -> np.ndarray:
 def _linearised(patch: Patch, contour: Contour):
     """Residuals (n,) of a contour's samples near a patch, its terms (n, t) and displacements
     (n, 3), world and scaled, there; all over the deviation of the noise."""
-    basis = patch.polynomial.basis
-    local = patch.frame.to_local(contour.points_in_plane) / patch.radius
-    local = local[(local * local).sum(axis=1) <= FIT_REACH**2]
-    terms = monomials(basis, *local.T)
-    rows = derivative_coefficients(basis, patch.polynomial.coefficients, list(GRADIENT))
-    phi, px, py, pz = rows @ terms
-    gradient = np.stack([-px, -py, 1.0 - pz], axis=1)
-    across = patch.frame.axes @ contour.plane.normal
-    within = gradient - (gradient @ across)[:, None] * across
-    # Samples of curves nearly along the surface keep a finite distance.
-    length = np.maximum(np.sqrt((within * within).sum(axis=1)), 0.2)
-    std = scaled_noise(contour.noise_std, patch.radius) * length
-    beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
+    _, value, gradient, std, beyond, terms = linearised(patch, contour, FIT_REACH)
     std = np.sqrt(std**2 + beyond)
-    return (
-        (local[:, 2] - phi) / std,
-        terms[: basis.size].T / std[:, None],
-        gradient @ patch.frame.axes / std[:, None],
-    )
+    return value / std, terms / std[:, None], gradient @ patch.frame.axes / std[:, None]

@@ -43,7 +43,7 @@ class FitOptions:
     adaptive : bool
         Whether the evidence chooses among degrees 2 to 6 where the first one is doubtful.
     core : float
-        Fraction of its radius within which a patch covers the surface: its outline is there.
+        Fraction of its radius within which a patch covers the surface.
     """
 
     degree: int = 4

@@ -96,22 +96,30 @@ def _distances(patch: Patch, contour: Contour):
     """F (n,) at a contour's samples within the radius, its standard deviation (n, 1) by the noise,
     its variance (n,) by the orders left out, the monomials (n, t), and the places (n,) of the
     samples along the chord of the contour; all scaled."""
+    local, value, _, std, beyond, terms = linearised(patch, contour, 1.0)
+    chord = patch.frame.axes @ (contour.points[-1] - contour.points[0])
+    along = local @ chord / max(np.sqrt(chord @ chord), np.finfo(float).tiny)
+    return value, std[:, None], beyond, terms, along
+
+
+def linearised(patch: Patch, contour: Contour, reach: float):
+    """A contour's samples (n, 3) within so many radii of a patch, F (n,) there, its gradient
+    (n, 3), its standard deviation (n,) by the noise, which is in the plane, its variance (n,) by
+    the orders left out, and the monomials (n, t); all local and scaled."""
     basis = patch.polynomial.basis
     local = patch.frame.to_local(contour.points_in_plane) / patch.radius
-    local = local[(local * local).sum(axis=1) <= 1.0]
+    local = local[(local * local).sum(axis=1) <= reach**2]
     terms = monomials(basis, *local.T)
     rows = derivative_coefficients(basis, patch.polynomial.coefficients, list(GRADIENT))
     phi, px, py, pz = rows @ terms
     gradient = np.stack([-px, -py, 1.0 - pz], axis=1)
     across = patch.frame.axes @ contour.plane.normal
-    gradient -= (gradient @ across)[:, None] * across
+    within = gradient - (gradient @ across)[:, None] * across
     # Samples of curves nearly along the surface keep a finite distance.
-    length = np.maximum(np.sqrt((gradient * gradient).sum(axis=1)), 0.2)
+    length = np.maximum(np.sqrt((within * within).sum(axis=1)), 0.2)
     std = scaled_noise(contour.noise_std, patch.radius) * length
     beyond = patch.leftover**2 * (local[:, :2] ** 2).sum(axis=1) ** (basis.degree + 1)
-    chord = patch.frame.axes @ (contour.points[-1] - contour.points[0])
-    along = local @ chord / max(np.sqrt(chord @ chord), np.finfo(float).tiny)
-    return local[:, 2] - phi, std[:, None], beyond, terms[: basis.size].T, along
+    return local, local[:, 2] - phi, gradient, std, beyond, terms[: basis.size].T
 
 
 def normal_deviate(chi_square, freedom):

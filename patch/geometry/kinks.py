@@ -14,13 +14,12 @@ def kinks(
     noise: float,
     stride: int = 1,
     least_turn: float = 0.0875,
-    deviations: float = 8.0,
 ) -> np.ndarray:
     """(k,) indices of the samples nearest to the kinks of a curve, ascending.
 
     A cubic and a hinge, in the plane of the curve, are fitted to eight strides on either side of
-    each sample. There is a kink where the hinge exceeds ``least_turn`` and so many deviations of
-    the noise or of what cubic and hinge leave, whichever is more.
+    each sample. There is a kink where the hinge exceeds ``least_turn`` and eight
+    deviations of the noise or of what cubic and hinge leave, whichever is more.
 
     Parameters
     ----------
@@ -33,8 +32,6 @@ def kinks(
         Every so many samples of a dense curve are tested.
     least_turn : float, no unit
         Least difference of the slopes on both sides: by default the tangent of 5 degrees.
-    deviations : float
-        Least difference over its standard deviation.
 
     Examples
     --------
@@ -47,7 +44,7 @@ def kinks(
     if not len(places):
         return np.zeros(0, int)
     turn, deviation = _hinges(points, places, SIDE * stride, normal, noise)
-    turn = np.where(turn > np.maximum(least_turn, deviations * deviation), turn, 0.0)
+    turn = np.where(turn > np.maximum(least_turn, 8.0 * deviation), turn, 0.0)
     # Hinges near a kink are large too: the largest nearby is the kink.
     around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
     around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)

@@ -16,10 +16,8 @@ from touchatlas.patch.geometry.polynomial import (
     XX,
     XY,
     YY,
-    Basis,
     LocalPolynomial,
     derivative_coefficients,
-    evaluate_batch,
     graph_derivatives,
     monomials,
     shape_operator,
@@ -76,12 +74,6 @@ class Patch:
     def curvatures(self) -> PrincipalCurvatures:
         """Principal curvatures at the frame's origin, with their standard deviations."""
         return curvatures_from_polynomial(self)
-
-    @cached_property
-    def outline(self) -> np.ndarray:
-        """(m, 3) closed curve on the patch at the core radius, length, world."""
-        scaled = outlines(self.polynomial.basis, self.polynomial.coefficients[None], self.core)[0]
-        return self.frame.to_world(scaled * self.radius)
 
     def signed_distance(self, points) -> np.ndarray:
         """(n,) first-order signed distance of world points (n, 3), length: F / norm(grad F),
@@ -147,22 +139,3 @@ def curvatures_from_polynomial(patch: Patch) -> PrincipalCurvatures:
         bool(half_difference**2 <= limit),
         patch.condition,
     )
-
-
-def outlines(basis: Basis, means, distance: float) -> np.ndarray:
-    """(m, 24, 3) local points of polynomials (m, t) at a distance from the origin, scaled.
-
-    Each fixed-point step multiplies the error of the height by half the squared slope: on a quadric
-    of slope 0.6, 2e-4 of the radius is left.
-    """
-    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    circle, shape = np.stack([np.cos(angle), np.sin(angle)]), (len(means), 24)
-    x, y = (np.broadcast_to(distance * a, shape) for a in circle)
-    height = np.zeros(shape)
-    for _ in range(4):
-        # A point at that distance is no higher. Without the limit the steps may diverge.
-        value = evaluate_batch(basis, means, monomials(basis, x, y, height))[0]
-        height = np.clip(value, -distance, distance)
-        flat = np.sqrt(np.maximum(distance**2 - height**2, 0.25 * distance**2))
-        x, y = flat * circle[0], flat * circle[1]
-    return np.stack([x, y, height], axis=-1)

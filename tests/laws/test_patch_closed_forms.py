@@ -159,20 +159,6 @@ def test_detail_that_is_explained_elsewhere_leaves_the_radius_alone():
     assert large.curvatures.k1 == pytest.approx(-0.01, abs=0.2 / 20.0)
 
 
-def test_core_option_sets_the_outline():
-    contours = graph_contours(ball_height, 10.0, 19, 0.0, np.random.default_rng(9))
-    patch = fit_patch(np.zeros(3), contours, UP, options=FitOptions(core=0.6)).patch
-    distances = np.linalg.norm(patch.outline - patch.frame.origin, axis=1)
-    assert distances == pytest.approx(np.full(24, 0.6 * patch.radius), rel=1e-12)
-    # Four fixed-point steps for the height, each with a factor of half the squared slope.
-    slope = distances[0] / BALL_RADIUS
-    off = np.abs(patch.signed_distance(patch.outline)).max()
-    assert off < 2.0 * slope**9 / 64.0 * patch.radius
-    # And it is drawn on the surface, not in the tangent plane.
-    heights = patch.frame.to_local(patch.outline)[:, 2]
-    assert heights == pytest.approx(np.full(24, -0.5 * slope * distances[0]), rel=0.01)
-
-
 @pytest.mark.parametrize("degree", [3, 4, 5, 6])
 def test_a_height_of_the_degree_of_the_options_is_exact_and_one_degree_less_is_not(degree):
     """Seven sections determine all 28 coefficients of degree 6."""
