@@ -22,6 +22,7 @@ from touchatlas.atlas.samples.crossings import NO_CROSSINGS, Crossings
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
 from touchatlas.atlas.store import load_labels, save_atlas
+from touchatlas.patch.geometry.arrays import check_length
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +64,7 @@ def regions_of(touches: Sequence[Touch], most: int, overlap: float | None = None
     """
     if not most >= 1:
         raise ValueError(f"most is {most}; a region has one touch or more")
-    if not (overlap is None or 0.0 <= overlap < np.inf):
-        raise ValueError(f"overlap is {overlap}; it must be a length >= 0")
+    check_length(overlap or 0.0, "overlap")
     contacts = np.array([touch.contact for touch in touches]).reshape(-1, 3)
     if overlap is None:
         overlap = float(np.median([_reach(touch) for touch in touches if touch.contours] or [0.0]))

@@ -86,7 +86,16 @@ def stop_doubts(
     found = []
     if stopped and stopped != _KNOWN:
         found.append(Doubt("unfinished", f"The exploration ended early: {stopped}.", NOWHERE))
-    return [*found, *_open_places(_points(open_places)), *_unreachable(_points(unreachable))]
+    if len(places := _points(open_places)):
+        words = f"{count_of(len(places), 'place is', 'places are')} not known to the tolerance; "
+        found.append(Doubt("open places", words + "touch there.", places[:MOST]))
+    if len(places := _points(unreachable)):
+        words = (
+            f"{count_of(len(places), 'place was', 'places were')} not touched, because the pin "
+            "would have passed through what is known; lean it, or take a thinner one."
+        )
+        found.append(Doubt("unreachable", words, some_apart(places, box_diagonal(places))))
+    return found
 
 
 def ended_early(reason: str, share: float) -> str:
@@ -111,21 +120,3 @@ def _of_stop(stop: Stopped, open_places, unreachable):
     if not len(open_places):
         open_places = stop.forecast.open_places
     return ended_early(words, share), open_places, unreachable
-
-
-def _open_places(places) -> list[Doubt]:
-    """One doubt about places (k, 3) of which too little is known."""
-    count = count_of(len(places), "place is", "places are")
-    words = f"{count} not known to the tolerance; touch there."
-    return [Doubt("open places", words, places[:MOST])] if len(places) else []
-
-
-def _unreachable(places) -> list[Doubt]:
-    """One doubt about places (k, 3) that the pin did not reach."""
-    if not len(places):
-        return []
-    words = (
-        f"{count_of(len(places), 'place was', 'places were')} not touched, because the pin would "
-        "have passed through what is known; lean it, or take a thinner one."
-    )
-    return [Doubt("unreachable", words, some_apart(places, box_diagonal(places)))]

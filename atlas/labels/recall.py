@@ -6,10 +6,6 @@ from typing import Any
 
 import numpy as np
 
-# Bytes that stand for an array: of 1e9 arrays two have the same with a chance of 1e-21. Doubled,
-# nothing changes.
-_DIGEST = 16
-
 
 class Recall:
     """Results of this labelling, and those of the one before it, of the first of the samples.
@@ -36,12 +32,9 @@ class Recall:
     def get(self, compute: Callable[[], Any], *depends: Any) -> Any:
         """The result, computed where it is not known, by what it depends on: a name, and pieces,
         numbers and arrays."""
-        key = tuple(_digest(x) if isinstance(x, np.ndarray) else x for x in depends)
+        key = tuple(
+            blake2b(x.tobytes()).digest() if isinstance(x, np.ndarray) else x for x in depends
+        )
         if key not in self._now:
             self._now[key] = self._before[key] if key in self._before else compute()
         return self._now[key]
-
-
-def _digest(array: np.ndarray) -> bytes:
-    """What stands for an array of one type in a key."""
-    return blake2b(array.tobytes(), digest_size=_DIGEST).digest()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import check_points, frozen_array, real
+from touchatlas.patch.geometry.arrays import check_length, check_points, frozen_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +68,7 @@ class Scan:
             "approach": _directions(self.approach, count, "approach"),
         }
         for name in ("tip_radius", "systematic_std"):
-            if not 0.0 <= real(getattr(self, name)) < np.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be a length >= 0")
+            check_length(getattr(self, name), name)
         for name in ("viewpoint", "outside"):
             value = getattr(self, name)
             own[name] = None if value is None else frozen_array(value, (3,), name)

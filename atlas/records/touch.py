@@ -5,7 +5,7 @@ from enum import Enum
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
+from touchatlas.patch.geometry.arrays import check_length, check_unit, frozen_array
 from touchatlas.patch.geometry.contour import Contour
 from touchatlas.patch.geometry.order import disorder, out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
@@ -87,8 +87,7 @@ class Touch:
         if not isinstance(self.status, TouchStatus):
             raise ValueError(f"status is {self.status!r}; it must be a TouchStatus")
         for name in ("tracked_length", "travel_length", "tip_radius", "systematic_std"):
-            if not 0.0 <= real(getattr(self, name)) < np.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be a length >= 0")
+            check_length(getattr(self, name), name)
         if not (
             isinstance(self.contours, tuple | list)
             and all(isinstance(contour, Contour) for contour in self.contours)

@@ -23,7 +23,8 @@ def without_bad(contours) -> tuple[tuple[Contour, ...], np.ndarray]:
     bad = [are_bad_contacts(c, factor * c.noise_std) for c in contours]
     if not any(one.any() for one in bad):
         return none
-    kept = tuple(_some(c, ~one) for c, one in zip(contours, bad, strict=True))
+    pairs = zip(contours, bad, strict=True)
+    kept = tuple(c.only(~one) if one.any() else c for c, one in pairs)
     return kept, np.concatenate([c.points[one] for c, one in zip(contours, bad, strict=True)])
 
 
@@ -35,14 +36,6 @@ def noise_within(contours) -> float:
         return 0.0
     points = [contour.points / contour.noise_std for contour in some]
     return estimate_noise(points, np.array([contour.plane.normal for contour in some]))
-
-
-def _some(contour: Contour, some) -> Contour:
-    """The contour with some (n,) of its points."""
-    if some.all():
-        return contour
-    normals = None if contour.normals is None else contour.normals[some]
-    return replace(contour, points=contour.points[some], normals=normals)
 
 
 def noisier(contours, factor: float) -> tuple[Contour, ...]:

@@ -18,6 +18,17 @@ def real(value) -> float:
     return float(array) if array.ndim == 0 and array.dtype.kind in "iuf" else np.nan
 
 
+def check_length(value, name: str) -> None:
+    """ValueError for what is no length >= 0.
+
+    >>> check_length(-1.0, "reach")
+    Traceback (most recent call last):
+    ValueError: reach is -1.0; it must be a length >= 0
+    """
+    if not 0.0 <= real(value) < np.inf:
+        raise ValueError(f"{name} is {value}; it must be a length >= 0")
+
+
 def frozen_array(values, shape: tuple[int | None, ...], name: str) -> np.ndarray:
     """Read-only float copy of ``values``. ValueError if the shape differs (None stands for any
     size) or a number is not finite."""

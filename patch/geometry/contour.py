@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import (
+    check_length,
     check_points,
     check_unit,
     check_units,
     frozen_array,
-    real,
 )
 from touchatlas.patch.words import count_of
 
@@ -81,8 +81,7 @@ class Contour:
         if self.normals is not None:
             normals = check_units(self.normals, len(points), "contour normals")
             object.__setattr__(self, "normals", _rows(normals, new))
-        if not 0.0 <= real(self.noise_std) < np.inf:
-            raise ValueError(f"noise_std is {self.noise_std}; it must be a length >= 0")
+        check_length(self.noise_std, "noise_std")
         if not isinstance(self.plane, SamplingPlane):
             raise ValueError(f"plane is {self.plane!r}; it must be a SamplingPlane")
         pair = isinstance(self.ends, tuple | list) and len(self.ends) == 2
