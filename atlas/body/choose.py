@@ -210,7 +210,7 @@ def description_length(body: Body) -> float:
     length = float(misfit.sum() + 0.5 * (freedom * np.log(counts)).sum())
     if body.is_one_face:
         return length
-    graph = SampleGraph(samples, faces.links)
+    graph = faces.links or SampleGraph(samples)
     first, second = faces.of[graph.pairs].T
     return length + options.boundary * float(graph.weights[first != second].sum())
 

@@ -126,9 +126,9 @@ class Faces:
     corners : tuple of FaceCorner
         Corners of three faces that are rounded with one ball.
     links : SampleGraph, optional
-        Those of all samples, from which the next reading goes on.
+        Those of all samples.
     recall : Recall, optional
-        What was found on the way, likewise.
+        What was found on the way, from which the next reading goes on.
     levels : Levels
         What is enough to decide; those of the samples.
     turns : (k, 2) int

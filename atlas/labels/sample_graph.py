@@ -29,9 +29,6 @@ class SampleGraph:
     Parameters
     ----------
     samples : ContourSamples
-    before : SampleGraph, optional
-        That of the first of the samples. Only samples with new ones among the nearest are linked
-        again.
 
     Attributes
     ----------
@@ -43,22 +40,13 @@ class SampleGraph:
         1 where both normals agree, 0 where they differ by 66 degrees or more.
     neighbours, neighbour_weights : (n, k) int and float
         Linked samples of each, and the weights of the links; n stands for none.
-    goes_on : bool
-        Whether the first of the samples are those of the graph before.
     """
 
-    def __init__(self, samples: ContourSamples, before: "SampleGraph | None" = None) -> None:
+    def __init__(self, samples: ContourSamples) -> None:
         self.size, self._samples = len(samples), samples
         self.tree = cKDTree(samples.points)
         along = np.flatnonzero(samples.contours[1:] == samples.contours[:-1])
-        self.goes_on = before is not None and before._is_of_first(samples)
-        stays = before._stays(samples) if before and self.goes_on else np.zeros(self.size, bool)
-        first, second, self._looked = _links_across(samples, self.tree, np.flatnonzero(~stays))
-        if before is not None:
-            old, kept = np.flatnonzero(stays), before._across[:, stays[before._across[0]]]
-            self._looked[old] = before._looked[old]
-            first, second = np.append(first, kept[0]), np.append(second, kept[1])
-        self._across: np.ndarray = np.stack([first, second])
+        first, second = _links_across(samples, self.tree)
         low = np.concatenate([along, np.minimum(first, second)]).astype(np.int64)
         high = np.concatenate([along + 1, np.maximum(first, second)])
         keys = np.unique(low * self.size + high)
@@ -68,19 +56,12 @@ class SampleGraph:
         self.neighbours, self.neighbour_weights = _padded(self.pairs, self.weights, self.size)
         self._places = np.empty(self.size + 1, int)
 
-    def _is_of_first(self, samples: ContourSamples) -> bool:
+    def is_of_first(self, samples: ContourSamples) -> bool:
         """Whether the first of some samples are those of this graph."""
         names = "points", "normals", "outward", "contours", "touches", "steps", "stds"
         known = self._samples
         pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
         return known.std == samples.std and all(np.array_equal(*pair) for pair in pairs)
-
-    def _stays(self, samples: ContourSamples) -> np.ndarray:
-        """(n,) which samples are linked across as they were before the last of them came."""
-        stays, new = np.zeros(len(samples), bool), samples.points[self.size :]
-        away = cKDTree(new).query(self._samples.points)[0] if len(new) else np.inf
-        stays[: self.size] = away > self._looked
-        return stays
 
     def mask(self, members) -> np.ndarray:
         """(n + 1,) whether each sample is a member; the last, for no sample, is true."""
@@ -142,33 +123,28 @@ def _cosines(samples: ContourSamples, i, j) -> np.ndarray:
     return np.minimum(within, _dot(samples.outward[i], samples.outward[j]))
 
 
-def _links_across(samples: ContourSamples, tree, some) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Some of the samples (m,) and the nearest sample of each of the nearest other contours (m,),
-    and how far (n,) each was looked for, length."""
-    looked, alone = np.zeros(len(samples)), np.zeros(len(samples), bool)
-    first, second, length, looked[some] = _fitting_links(samples, tree, some, _NEAREST)
-    alone[some] = True
-    alone[first[samples.touches[first] != samples.touches[second]]] = False
-    *far, looked[alone] = _fitting_links(samples, tree, np.flatnonzero(alone), _MANY)
-    near = ~alone[first]
-    first, second = np.append(first[near], far[0]), np.append(second[near], far[1])
-    length = np.append(length[near], far[2])
+def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray]:
+    """Samples (m,) and the nearest sample of each of the nearest other contours (m,)."""
+    found = _fitting_links(samples, tree, np.arange(len(samples)), _NEAREST)
+    alone = np.ones(len(samples), bool)
+    alone[found[0][samples.touches[found[0]] != samples.touches[found[1]]]] = False
+    far = _fitting_links(samples, tree, np.flatnonzero(alone), _MANY)
+    near = ~alone[found[0]]
+    first, second, length = (np.append(a[near], b) for a, b in zip(found, far, strict=True))
     own = samples.touches[first] == samples.touches[second]
     parts = [
         _nearest_links(samples, first[some], second[some], length[some], most)
         for some, most in ((own, _OWN_TOUCH), (~own, _OTHER_TOUCHES))
     ]
     (i, j), (k, m) = parts
-    return np.append(i, k), np.append(j, m), looked
+    return np.append(i, k), np.append(j, m)
 
 
 def _fitting_links(samples: ContourSamples, tree, some, count: int):
     """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
-    distances (m,), for some samples; and how far from each of these one was looked for, infinite
-    where all samples were looked at."""
+    distances (m,), for some samples."""
     points, normals = samples.points, samples.normals
     length, near = tree.query(points[some], k=np.arange(1, min(count, len(points)) + 1))
-    looked = length[:, -1] if count < len(points) else np.full(len(some), np.inf)
     i, j = np.repeat(some, near.shape[1]), near.ravel()
     length = length.ravel()
     other = samples.contours[i] != samples.contours[j]
@@ -180,7 +156,7 @@ def _fitting_links(samples: ContourSamples, tree, some, count: int):
     rise, fall = _dot(chord, normals[i]), _dot(chord, normals[j])
     fits = np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
     fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
-    return i[fits], j[fits], length[fits], looked
+    return i[fits], j[fits], length[fits]
 
 
 def _dot(a, b) -> np.ndarray:

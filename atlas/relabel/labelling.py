@@ -40,7 +40,7 @@ def label_samples(samples: ContourSamples) -> Labels:
 
 def first_labels(samples: ContourSamples, before: Faces | None = None) -> Labels:
     """Labels by growths from the seeds of samples, and from straight runs of what these leave.
-    Links and fits that were computed for faces ``before`` of the first of the samples are taken
+    Fits that were computed for faces ``before`` of the first of the samples are taken
     from there; the result is the same."""
     labels = Labels(_evidence(samples, before))
     best, left = np.full(len(samples), -np.inf), np.ones(len(samples), bool)
@@ -84,10 +84,9 @@ def relabel(samples: ContourSamples, before: Faces) -> Labels:
 
 def _evidence(samples: ContourSamples, before: Faces | None) -> Evidence:
     """Samples with what is known of the first of them by the faces ``before``."""
-    if before is None:
-        return Evidence(samples, SampleGraph(samples))
-    graph = SampleGraph(samples, before.links)
-    return Evidence(samples, graph, Recall(before.recall if graph.goes_on else None))
+    goes_on = before is not None and before.links and before.links.is_of_first(samples)
+    recall = Recall(before.recall if before and goes_on else None)
+    return Evidence(samples, SampleGraph(samples), recall)
 
 
 def revise_all(labels: Labels) -> None:
