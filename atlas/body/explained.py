@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.faces.faces import Face, Faces
-from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.patch.geometry.arrays import evenly
 
 
 def determined(faces: Faces, samples: ContourSamples) -> Faces:

@@ -19,11 +19,10 @@ from touchatlas.atlas.edges.edge_curves import (
     rim_slope,
     valley_points,
 )
-from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
-from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.arrays import cross, evenly
 
 # Distance of samples from an edge that is sought between them, in steps.
 _NEAR = 4.0

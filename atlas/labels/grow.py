@@ -12,6 +12,7 @@ from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
+from touchatlas.patch.geometry.arrays import evenly
 
 # Kinds that grow, as they are tried. Which law a quadric obeys is chosen when it is fitted again; a
 # torus is no quadric, and begins with what a quartic explains.
@@ -124,13 +125,6 @@ def is_edge(piece: Piece, points, angle: float) -> bool:
     flattest = normals[turn.argmin()]
     other = float(np.arccos(np.clip((normals @ flattest).min(), -1.0, 1.0)))
     return bool(other > angle and np.median(turn) < _FLAT * other)
-
-
-def evenly(members, most: int) -> np.ndarray:
-    """At most so many of the members, evenly spread in their order."""
-    if len(members) <= most:
-        return members
-    return members[np.linspace(0, len(members) - 1, most).astype(int)]
 
 
 def growths(

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from touchatlas.atlas.pieces.kinds import Kind, value_gradient_terms
 from touchatlas.atlas.pieces.linear_fit import frame_of, linear_fit
 from touchatlas.atlas.pieces.piece import Piece
-from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.arrays import cross, evenly
 from touchatlas.patch.geometry.frame import any_tangent
 
 # Largest size over that of the piece: samples show no less bend.
@@ -52,7 +52,7 @@ def _fitted(
     origin, axes, scale = frame_of(points, normals)
     local, noise = (points - origin) @ (axes.T / scale), np.broadcast_to(std / scale, len(points))
     facing = normals @ axes.T
-    many, few = (_evenly(len(points), most) for most in (_MANY, _FEW))
+    many, few = (evenly(np.arange(len(points)), most) for most in (_MANY, _FEW))
     best, least = None, np.inf
     for start in starts(local[many], facing[many], noise[many]):
         cost, found = _refined(kind, start, local[few], noise[few], _FIRST)
@@ -129,10 +129,6 @@ def _meridian(points, axis, point) -> tuple[np.ndarray, np.ndarray]:
     offset = points - point
     height = offset @ axis
     return np.sqrt(np.maximum((offset * offset).sum(axis=1) - height**2, 0.0)), height
-
-
-def _evenly(count: int, most: int) -> np.ndarray:
-    return np.linspace(0, count - 1, min(count, most)).astype(int)
 
 
 def _basis(coefficients) -> np.ndarray:

@@ -12,12 +12,13 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
 from touchatlas.atlas.edges.rounded_pair import PiecesAt
-from touchatlas.atlas.labels.grow import Evidence, Growth, evenly, growths, planes_from
+from touchatlas.atlas.labels.grow import Evidence, Growth, growths, planes_from
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
 from touchatlas.atlas.labels.tried import Tried, is_larger
 from touchatlas.atlas.pieces.kinds import CLOSED_FORMS, LABEL_KINDS, SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.piece import Piece
+from touchatlas.patch.geometry.arrays import evenly
 
 # Root mean square by which a kind of more parameters must follow the samples of a label more
 # closely, in deviations of a sample: errors of neighbouring samples are alike.

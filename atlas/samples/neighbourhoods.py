@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.patch.geometry.arrays import evenly
 from touchatlas.patch.geometry.normal_error import MOST_TILT
 from touchatlas.patch.geometry.section import MOST_TURN
 
@@ -90,7 +91,7 @@ def noise_of_cloud(tree: cKDTree) -> float | None:
     their neighbours; None of too few points."""
     if tree.n < 2 * _FEWEST:
         return None
-    some = np.unique(np.linspace(0, tree.n - 1, 500).astype(int))
+    some = evenly(np.arange(tree.n), 500)
     near = tree.query(tree.data[some], k=2 * _FEWEST)[1]
     return float(np.median(_quadrics(tree.data[near], tree.data[some])[3]))
 

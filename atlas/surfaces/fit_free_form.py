@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.kriging import beyond_noise, left_out, neighbours
 from touchatlas.atlas.surfaces.sextic_fit import equations_of, with_common_prior, with_factors
 from touchatlas.atlas.surfaces.sextic_sites import SexticSites, middles_of, sites_of
 from touchatlas.atlas.surfaces.sextics import Sextics, joined
+from touchatlas.patch.geometry.arrays import evenly
 
 # Radii are powers of this in deviations of a sample, so that the extent, which grows a little with
 # most touches, seldom changes them.

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.surfaces.sextic_sites import FACING
+from touchatlas.patch.geometry.arrays import evenly
 
 # Share of the variance of a sample that is noise. The rest is lack of fit, which residuals show.
 _NOISE = 0.6
@@ -98,7 +99,7 @@ def krige(points, normals, residuals, stds, radius: float, least: float = 0.0) -
     groups = neighbours(tree, np.arange(len(points)))
     variance = left_out(normals[groups], residuals[groups], stds[groups])
     variance = np.maximum(variance - least**2, 0.0)
-    some = groups[np.unique(np.linspace(0, len(points) - 1, _GROUPS).astype(int))]
+    some = evenly(groups, _GROUPS)
     faces = np.einsum("gkj,gj->gk", normals[some], normals[some[:, 0]]) > FACING
     amplitude = np.where(faces, np.sqrt(variance[some]), 0.0)
     known = np.where(faces, residuals[some], 0.0)

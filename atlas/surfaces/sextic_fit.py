@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dtrtri
 
-from touchatlas.atlas.labels.grow import evenly
 from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind, prior_precision
 from touchatlas.atlas.surfaces.sextic_sites import SexticSites
+from touchatlas.patch.geometry.arrays import evenly
 from touchatlas.patch.geometry.polynomial import GRADIENT, derivative_coefficients, monomials
 
 # Order of the height z(x, y) that each coefficient makes.

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.labels.grow import evenly
-from touchatlas.patch.geometry.arrays import cross, first_largest
+from touchatlas.patch.geometry.arrays import cross, evenly, first_largest
 from touchatlas.patch.geometry.frame import any_tangent
 
 # Least cosine of the normal of a sample and of a sextic that follows it, and that weighs where it

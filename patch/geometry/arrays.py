@@ -120,6 +120,17 @@ def nearest_to_mean(points) -> np.ndarray:
     return np.asarray(points[(offset * offset).sum(axis=1).argmin()])
 
 
+def evenly(values, most: int) -> np.ndarray:
+    """At most so many of values (n, ...), evenly spread in their order.
+
+    >>> evenly(np.arange(100), 3).tolist()
+    [0, 49, 99]
+    """
+    if len(values) <= most:
+        return np.asarray(values)
+    return np.asarray(values[np.linspace(0, len(values) - 1, most).astype(int)])
+
+
 def first_largest(values, begin) -> np.ndarray:
     """(k,) place of the first largest value of each of the rows of values (m,) that begin at
     ``begin`` (k,), ascending, none of them empty, and without NaN.
