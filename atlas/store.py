@@ -144,7 +144,10 @@ def _learned(arrays, header) -> Atlas:
     atlas.systematic_std = _length(header["systematic_std"])
     atlas.pool.add(*(arrays[f"sample_{name}"] for name in NAMES))
     for name in LostEnds.NAMES:
-        _fill_column(atlas.rims.ends, name, arrays[f"rims_{name}"])
+        empty, column = getattr(atlas.rims.ends, name), arrays[f"rims_{name}"]
+        if column.shape[1:] != empty.shape[1:] or column.dtype != empty.dtype:
+            raise DamagedError("a column of ends has another shape or type")
+        setattr(atlas.rims.ends, name, column)
     atlas.ways = arrays["ways"]
     if atlas.ways.shape[1:] != (2, 3) or atlas.ways.dtype != float:
         raise DamagedError("its ways have another shape or type")
@@ -180,11 +183,3 @@ def _check_lengths(arrays) -> None:
         counts = {n: len(a) for n, a in arrays.items() if n.startswith(f"{kind}_")}
         if len(set(counts.values())) > 1:
             raise DamagedError("its columns are not equally long")
-
-
-def _fill_column(ends, name: str, column) -> None:
-    """Enter a column of ends, which is empty so far; DamagedError where it is not of its kind."""
-    empty = getattr(ends, name)
-    if column.shape[1:] != empty.shape[1:] or column.dtype != empty.dtype:
-        raise DamagedError("a column of ends has another shape or type")
-    setattr(ends, name, column)

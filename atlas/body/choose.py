@@ -101,8 +101,9 @@ def look_for_body(
 
 def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
     """The body of the shortest description: all samples as one face, faces that go on from those
-    read ``before``, or faces that are read anew. Where the laws that go on leave noise alone, they
-    are kept, and nothing else is tried: see ``leaves_noise``."""
+    read ``before``, or faces that are read anew, if laws explain enough of the samples at first.
+    Where the laws that go on leave noise alone, they are kept, and nothing else is tried: see
+    ``leaves_noise``."""
     on = None if before.faces is None else faces_of_samples(samples, before=before.faces)
     gone_on = None if on is None else body_of_faces(on, samples)
     if gone_on is not None and leaves_noise(gone_on):
@@ -112,8 +113,11 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
     if before.faces is None and not has_edges(samples, ends_at_edge):
         return found
     shortest = description_length(one)
-    anew = _read_anew(samples, on)
-    tried = [(on, gone_on), (anew, None if anew is None else body_of_faces(anew, samples))]
+    tried, labels = [(on, gone_on)], first_labels(samples, before=on)
+    if labels.lawful_share >= FaceOptions.lawful:
+        revise_all(labels)
+        anew = faces_of_labels(labels)
+        tried.append((anew, body_of_faces(anew, samples)))
     for faces, body in tried:
         if body is not None and (length := description_length(body)) < shortest:
             shortest, found = length, replace(found, faces=faces, body=body)
@@ -178,16 +182,6 @@ def leaves_noise(body: Body) -> bool:
     count = sum(piece.kind.parameters for face in faces.faces for piece in face.pieces)
     count += sum(edge.radius > 0.0 for edge in faces.edges)
     return are_noise(body.field.at(body.samples.points).distance, body.samples, count)
-
-
-def _read_anew(samples: ContourSamples, known: Faces | None) -> Faces | None:
-    """The faces of samples; None where laws explain too few of them at first. Faces of the same
-    samples may be ``known``: what was computed for them is not computed again."""
-    labels = first_labels(samples, before=known)
-    if labels.lawful_share < FaceOptions.lawful:
-        return None
-    revise_all(labels)
-    return faces_of_labels(labels)
 
 
 def description_length(body: Body) -> float:

@@ -10,6 +10,7 @@ from touchatlas.atlas.body.read_faces import samples_of
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.state import AtlasState
+from touchatlas.patch.geometry.arrays import evenly
 
 # Largest error of the square of a unit vector, no unit: far above rounding. Doubled, nothing else
 # passes.
@@ -21,14 +22,15 @@ _COMPARED = 64
 
 def violations(state: AtlasState) -> list[str]:
     """A sentence for each invariant that does not hold; empty for a sound atlas."""
-    found = [*_samples(state), *_lost_ends(state), *_ways(state)]
+    found = [*_measured(state)]
     # What follows from something is not checked where that is unsound.
     return found or [*_known_body(state)] or [*_body_of_one(state)]
 
 
-def _samples(state: AtlasState) -> Iterator[str]:
-    """Samples have finite points, unit normals, and a noise that is not negative."""
-    pool = state.pool
+def _measured(state: AtlasState) -> Iterator[str]:
+    """Samples, ends at which contact was lost, and ways have finite places, unit normals and
+    tangents; noise is not negative, and steps are above zero."""
+    pool, ends = state.pool, state.rims.ends
     if not np.isfinite(pool.points).all():
         yield "a sample's point is not finite"
     if not _are_unit(pool.normals):
@@ -37,21 +39,12 @@ def _samples(state: AtlasState) -> Iterator[str]:
         yield "the normal of a sample's plane is not of unit length"
     if not (np.isfinite(pool.noise) & (pool.noise >= 0.0)).all():
         yield "the noise of a sample is no length"
-
-
-def _lost_ends(state: AtlasState) -> Iterator[str]:
-    """Ends at which contact was lost have a finite place, a tangent, a normal and a step."""
-    ends = state.rims.ends
     if not np.isfinite(ends.points).all():
         yield "an end at which contact was lost is not finite"
     if not (_are_unit(ends.tangents) and _are_unit(ends.normals)):
         yield "tangent or normal of an end at which contact was lost is not of unit length"
     if not ((ends.steps > 0) & np.isfinite(ends.steps)).all():
         yield "an end at which contact was lost has no sampling step"
-
-
-def _ways(state: AtlasState) -> Iterator[str]:
-    """Ways on which the probe came have finite ends."""
     if not np.isfinite(state.ways).all():
         yield "the end of a way of the probe is not finite"
 
@@ -85,8 +78,7 @@ def _body_of_one(state: AtlasState) -> Iterator[str]:
         again = with_fewer_patches(again, state.tolerance)
     assert again.body is not None
     body = again.body.with_air(state.ways, known.body.rims)
-    some = np.unique(np.linspace(0, known.count - 1, _COMPARED).astype(int))
-    points = state.pool.points[some]
+    points = evenly(state.pool.points[: known.count], _COMPARED)
     one, other = known.body.field.at(points), body.field.at(points)
     if not np.allclose(one.distance, other.distance, rtol=0.0, atol=1e-3 * state.sample_std):
         yield "the body is not that of its samples"

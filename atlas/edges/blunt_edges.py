@@ -95,7 +95,8 @@ def find_crossings(labels: Labels) -> dict[tuple[int, int], Crossings]:
                 seen.add(of[first])
                 low, high = sorted((int(of[first]), int(of[last])))
                 found.setdefault((low, high), []).append((int(last) + 1, int(first)))
-    return {pair: _crossings(samples.points, spans) for pair, spans in sorted(found.items())}
+    ends = {pair: np.array(own) - [1, 0] for pair, own in sorted(found.items())}
+    return {pair: Crossings(k + [1, 0], samples.points[k].mean(axis=1)) for pair, k in ends.items()}
 
 
 def blunt_edges(labels: Labels) -> list[BluntEdge]:
@@ -228,7 +229,7 @@ def blunt_edge(
     samples = np.unique(np.concatenate([crossings.samples, crossings.beside, members]))
     own = labels.of[samples]
     sides = np.select([own == pair[0], own == pair[1], own == NONE], [0, 1, NONE], 2)
-    depends = labels.pieces_of(pair), samples, sides, crossings.spans
+    depends = tuple(labels.pieces[k] for k in pair), samples, sides, crossings.spans
     found = evidence.recall.get(
         lambda: _rounding(labels, pair, samples, crossings), "rounding", *depends
     )
@@ -297,11 +298,6 @@ def _is_bevel(evidence: Evidence, samples, nats: float) -> bool:
 def _widest(labels: Labels) -> float:
     """Longest chord over the rounding of an edge, length."""
     return _WIDEST * labels.evidence.samples.extent
-
-
-def _crossings(points, spans) -> Crossings:
-    low, high = np.array(spans).T
-    return Crossings(np.array(spans), 0.5 * (points[low - 1] + points[high]))
 
 
 def _ranges(low, high) -> np.ndarray:

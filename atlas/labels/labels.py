@@ -68,10 +68,6 @@ class Labels:
         lawful = [label for label, piece in enumerate(self.pieces) if piece.kind.lawful]
         return float(np.isin(self.of, lawful).mean())
 
-    def pieces_of(self, some) -> tuple[Piece | None, ...]:
-        """The pieces of some labels, none of NONE."""
-        return tuple(None if label == NONE else self.pieces[label] for label in some)
-
     def members(self, label: int) -> np.ndarray:
         """The samples of a label, ascending."""
         return np.flatnonzero(self.of == label)

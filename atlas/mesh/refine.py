@@ -43,7 +43,9 @@ def refined(body: Body, surface: Surface, bound: float) -> Surface:
         height, foot = _heights(body, surface, ends[fresh], bound if done else 0.0)
         if not smooth:
             beside = triangles_beside(sides, len(ends))[fresh]
-            _ask_both_faces(body, surface, ends[fresh], beside, bound, height, foot)
+            along, feet = feet_on_sharp_edges(body, surface, ends[fresh], beside, bound)
+            middles = surface.vertices[ends[fresh[along]]].mean(axis=1)
+            height[along], foot[along] = np.linalg.norm(feet - middles, axis=1), feet
         keys, heights = np.append(keys, named[fresh]), np.append(heights, height)
         if done == most:
             break
@@ -82,14 +84,6 @@ def _are_far(body: Body, surface: Surface, ends, height, bound: float) -> np.nda
     limit = (1.1 if body.is_one_face else 0.8) * np.maximum(bound, unsure)
     length = np.linalg.norm(np.diff(surface.vertices[ends], axis=1)[:, 0], axis=1)
     return np.asarray((np.abs(height) > limit) & (length > 1e-3 * body.extent))
-
-
-def _ask_both_faces(body: Body, surface: Surface, ends, beside, bound, height, foot) -> None:
-    """Change the heights (e,) and feet (e, 3) of edges (e, 2) that run along sharp edges of the
-    body, with the triangles ``beside`` (e, 2) them."""
-    own, feet = feet_on_sharp_edges(body, surface, ends, beside, bound)
-    middles = surface.vertices[ends[own]].mean(axis=1)
-    height[own], foot[own] = np.linalg.norm(feet - middles, axis=1), feet
 
 
 def _heights(body: Body, surface: Surface, ends, bound: float):

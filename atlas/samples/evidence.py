@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 
 from touchatlas.atlas.samples.corrected import in_best_plane, in_one_place, noise_within, noisier
 from touchatlas.atlas.samples.crossings import NO_CROSSINGS, Crossings
-from touchatlas.atlas.samples.plane_test import PlaneTest, meeting_of, plane_test
+from touchatlas.atlas.samples.plane_test import meeting_of, plane_test
 from touchatlas.patch.geometry.contour import Contour
 
 # Independent squares that a sample adds to the estimate of the noise by short fits: seven of them
@@ -163,7 +163,9 @@ class ProbeEvidence:
             sum(test.freedom for test in tests),
             count * noise_within(noisy) ** 2 if noisy else 0.0,
             count,
-            *_tilt_of(tests),
+            sum(test.tilt for test in tests),
+            sum(test.tilt_freedom for test in tests),
+            float(np.sqrt(np.mean(np.square([test.angle for test in tests] or [0.0])))),
         )
         every = replace(self, touches=(*self.touches, found))
         meeting = meeting_of(noisier(contours, every.noise_factor), contact, self.alpha)
@@ -194,14 +196,3 @@ class ProbeEvidence:
     def table(self) -> np.ndarray:
         """(t, k) all numbers, for a file."""
         return np.reshape([touch.row for touch in self.touches], (-1, WIDTH))
-
-
-def _tilt_of(tests: list[PlaneTest]) -> tuple[float, float, float]:
-    """Squares that turned planes explain, how many are independent, and the root mean square of the
-    angles, rad."""
-    angles = np.array([test.angle for test in tests] or [0.0])
-    return (
-        sum(test.tilt for test in tests),
-        sum(test.tilt_freedom for test in tests),
-        float(np.sqrt(np.mean(angles**2))),
-    )

@@ -143,16 +143,14 @@ def innovations_of(number: int, distance, deviation, noise, std, away) -> np.nda
     )
 
 
-def error_law_of(
-    innovations, std: float, of_faces: bool = True, prior: LawPrior = LawPrior()
-) -> PredictiveLaw:
+def error_law_of(innovations, std: float, of_faces: bool = True) -> PredictiveLaw:
     """The most probable law after innovations (n, 6), of samples of a deviation ``std``, length.
 
     On a body of faces, samples on another face than the predicted one count for the rate alone; one
     free-form face does not end. Distances have the variance of the noise besides. The maximum is
     that of a lattice of values.
     """
-    innovations = np.asarray(innovations, float).reshape(-1, 6)
+    innovations, prior = np.asarray(innovations, float).reshape(-1, 6), LawPrior()
     right = innovations[~_are_off(innovations)] if of_faces else innovations
     freedom, factor, floor = (
         axis.ravel()

@@ -48,8 +48,8 @@ class SamplePool:
     measured: np.ndarray
     touches: np.ndarray
 
-    def __init__(self, tip_radius: float = 0.0) -> None:
-        self.tip_radius, self._size = tip_radius, 0
+    def __init__(self) -> None:
+        self.tip_radius, self._size = 0.0, 0
         self._columns: dict[str, np.ndarray] = {name: np.zeros((_ROOM, 3)) for name in _VECTORS}
         self._columns |= {"edges": np.zeros(_ROOM, bool), "noise": np.zeros(_ROOM)}
         self._columns |= {"contours": np.zeros(_ROOM, np.int32), "measured": np.zeros(_ROOM, bool)}
