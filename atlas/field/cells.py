@@ -81,7 +81,7 @@ class Cells:
         decides[self._has_patches[decides]] = -1
         return decides, chosen
 
-    def settle(self, at: FacesAt, away, owner, decides, chosen) -> tuple[np.ndarray, np.ndarray]:
+    def settle(self, at: FacesAt, away, owner, decides, chosen) -> np.ndarray:
         """Correct what was chosen where the votes of the cells on both sides contradict it.
 
         Parameters
@@ -101,9 +101,6 @@ class Cells:
         -------
         (m,) int
             The points at which the votes contradict what was chosen, and name no other face.
-        (n,) bool
-            Whether the votes show that the surface is where it was chosen, and no nearer: beyond a
-            nearer face votes may contradict each other, as between two levels without a riser.
         """
         distances = self._of_surfaces(at.points, at.distances)
         outside, off = distances > 0.0, self._off(at, distances)
@@ -114,13 +111,16 @@ class Cells:
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
         decided = (order == self._one[decides][:, None]) & (shown | clear)[:, None]
-        refuted, confirmed = self._judged(at.points, outside, label, order, decided)
+        # On the same side of the surface beyond the face that decided, with those before it and
+        # without.
+        rows, _, beyond = self._beyond(at.points, outside, order, decided)
+        refuted = decided.any(axis=1)
+        refuted[rows[beyond != label[rows]]] = False
         wrong |= refuted
         farthest = away + np.maximum(self._noise[owner], self._noise[decides])
         reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
         ordered = np.take_along_axis(distances, order, axis=1)
-        nearness = np.take_along_axis(off, order, axis=1)
-        asked = nearness < reach[:, None]
+        asked = np.take_along_axis(off, order, axis=1) < reach[:, None]
         asked &= self._may_bound(ordered, order, label[:, None])
         rows, face, beyond = self._beyond(at.points, outside, order, asked)
         goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])
@@ -129,23 +129,8 @@ class Cells:
         # The first one comes last here, and stays.
         found[rows[hit]] = face[hit]
         moved = np.flatnonzero((found >= 0) & (found != self._one[decides]))
-        nearer = nearness < np.abs(chosen[:, :1])
-        rows, column = np.nonzero(nearer)
-        across = self._across(outside, rows, order[rows, column][:, None])
-        nearer[rows, column] = self._votes.contradict(across, at.points[rows])
-        confirmed &= shown & ~wrong & ~nearer.any(axis=1)
         self._move(at, found, label, moved, decides, chosen)
-        return np.flatnonzero(wrong & (found < 0)), confirmed
-
-    def _judged(self, points, outside, label, order, decided) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) whether votes say that points (n, 3) outside of faces (n, f) with labels (n,) remain
-        on the same side of the surface beyond the face that decided (n, k), with those before it
-        and without; and whether they say that one of these ways leads to the other side."""
-        rows, _, beyond = self._beyond(points, outside, order, decided)
-        refuted, confirmed = decided.any(axis=1), np.zeros(len(outside), bool)
-        refuted[rows[beyond != label[rows]]] = False
-        confirmed[rows[beyond == -label[rows]]] = True
-        return refuted, confirmed
+        return np.flatnonzero(wrong & (found < 0))
 
     def _beyond(self, points, outside, order, asked) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows (m,) of points (n, 3) outside of faces (n, f), faces (m,), and labels (m,) of the

@@ -171,7 +171,7 @@ class FaceField:
         owner, chosen = self._of_walls(at, away, self._of[near])
         self._rims.move(at, away, owner, chosen)
         decides = self._sharp.cut(at, away, owner, chosen)
-        doubted, _ = self._cells.settle(at, away[:, 0], owner, decides, chosen)
+        doubted = self._cells.settle(at, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
 

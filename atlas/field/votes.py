@@ -33,7 +33,6 @@ class Votes:
         contrary = 0.5 * (count - np.abs(total))
         agreed = (contrary <= np.maximum(1, 1e-3 * count)) & (total != 0.0)
         self._labels = np.where(agreed & (count >= 3), np.sign(total), 0.0)
-        self._contested = self._keys[~agreed]
         inside, outside = np.split(which, 2)
         split = {
             int(self._keys[k]): self._at_rims(samples[inside == k], samples[outside == k])
@@ -53,10 +52,6 @@ class Votes:
             out[rows[2.0 * inside < outside]] = -1.0
             out[rows[2.0 * outside < inside]] = 1.0
         return out
-
-    def contradict(self, keys, points) -> np.ndarray:
-        """(n,) whether votes for the cells of keys (n,) contradict each other at points (n, 3)."""
-        return np.isin(keys, self._contested) & (self.labels(keys, points) == 0.0)
 
     def _at_rims(self, inside, outside) -> list[tuple[int, int, cKDTree]]:
         """The samples of each face that vote for inside, 0, and for outside, 1, of samples (m,) and
