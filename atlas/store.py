@@ -13,7 +13,7 @@ import numpy as np
 
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.saved_faces import face_arrays, known_of_arrays, pieces_of
-from touchatlas.atlas.files import check_path, write_whole
+from touchatlas.atlas.files import DamagedError, FileKind, check_path, load_whole, write_whole
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.pieces.piece import Piece
@@ -23,7 +23,6 @@ from touchatlas.atlas.samples.crossings import Crossings
 from touchatlas.atlas.samples.evidence import WIDTH, TouchEvidence
 from touchatlas.atlas.samples.lost_ends import LostEnds
 from touchatlas.atlas.samples.sample_pool import NAMES
-from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
 from touchatlas.patch.geometry.arrays import real
 
 # The version is that of the file, no unit.

@@ -15,8 +15,7 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.check.faults import Fault
 from touchatlas.atlas.check.free_disc import FreeDisc
-from touchatlas.atlas.files import check_path, write_whole
-from touchatlas.atlas.whole_file import DamagedError, FileKind, load_whole
+from touchatlas.atlas.files import DamagedError, FileKind, check_path, load_whole, write_whole
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.planner.attempts import Attempts, Pending, Target
 from touchatlas.planner.cost_model import CostModel

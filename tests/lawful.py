@@ -8,8 +8,7 @@ import trimesh
 
 from tests.kept import kept_once
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import determined
-from touchatlas.atlas.body.read_faces import faces_of_samples
+from touchatlas.atlas.body.read_faces import determined, faces_of_samples
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.samples import ContourSamples, contour_samples
 from touchatlas.patch.geometry.section import contour_normals

@@ -7,9 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.explained import determined
 from touchatlas.atlas.body.one_face import are_noise, face_of_all
-from touchatlas.atlas.body.read_faces import faces_of_labels, faces_of_samples, samples_of
+from touchatlas.atlas.body.read_faces import (
+    determined,
+    faces_of_labels,
+    faces_of_samples,
+    samples_of,
+)
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.faces.faces import Faces
 from touchatlas.atlas.labels.grow import Evidence

@@ -10,6 +10,7 @@ import numpy as np
 
 from touchatlas.atlas.body.choose import KnownBody, body_of_faces, body_of_one
 from touchatlas.atlas.body.read_faces import faces_of_labels, samples_of
+from touchatlas.atlas.files import DamagedError
 from touchatlas.atlas.labels.grow import Evidence
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.sample_graph import SampleGraph
@@ -17,7 +18,6 @@ from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import SamplePool
-from touchatlas.atlas.whole_file import DamagedError
 
 _MOST = Kind.QUARTIC.terms
 

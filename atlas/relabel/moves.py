@@ -131,20 +131,17 @@ def _may_explain(evidence: Evidence, kind: Kind, members) -> bool:
     return piece is not None and evidence.is_good(evidence.nats(piece, members))
 
 
-def join_parts(labels: Labels) -> int:
+def join_parts(labels: Labels) -> None:
     """Join parts of one lawful face between which no contour ran and no other face stands, the
-    largest first; returns how many."""
-    joined = 0
+    largest first."""
     order = np.argsort([-len(mine) for mine in labels.all_members()], kind="stable").tolist()
     parts = [label for label in order if labels.pieces[label].kind in SIMPLE_LAWS]
     while parts:
         own = parts.pop(0)
         other = next((k for k in parts if _join_part(labels, own, k)), None)
         if other is not None:
-            joined += 1
             parts.remove(other)
             parts.insert(0, len(labels.pieces) - 1)
-    return joined
 
 
 def _join_part(labels: Labels, a: int, b: int) -> bool:

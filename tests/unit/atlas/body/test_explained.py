@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas.body.explained import determined
-from touchatlas.atlas.body.read_faces import faces_of_samples
+from touchatlas.atlas.body.read_faces import determined, faces_of_samples
 from touchatlas.atlas.labels.samples import contour_samples
 
 NOISE = 0.02
