@@ -20,32 +20,23 @@ _NUMBERS = "size", "statistic", "expected", "chance"
 
 
 @dataclass(frozen=True, eq=False)
-class Fault:
-    """Something wrong with the probe or the setting.
+class Fault(Doubt):
+    """Something wrong with the probe or the setting: a doubt with the numbers of a test.
 
     Parameters
     ----------
-    name : str
-        Short name, always the same for the same kind.
-    words : str
-        What is wrong, by how much, and what to do: one sentence.
     size : float
         By how much: a factor, an angle in degrees, a length, or a share, as the words say.
     statistic, expected : float
         The number that was tested, and what it is in the mean where nothing is wrong.
     chance : float
         Chance of such a number where nothing is wrong.
-    places : (k, 3) float, length, world
-        Where, five places at most; none where it concerns the whole.
     """
 
-    name: str
-    words: str
     size: float
     statistic: float
     expected: float
     chance: float
-    places: np.ndarray
 
     def as_dict(self) -> dict:
         """The fault, ready for JSON."""
@@ -127,7 +118,7 @@ def bad_contacts(atlas: AtlasState) -> Fault | None:
         "curves, and are left out; see whether the probe slips or its signal has gaps."
     )
     places = some_apart(atlas.bad_contacts, box_diagonal(atlas.pool.points))
-    return Fault("bad contacts", words, share, count, expected, chance, places)
+    return Fault("bad contacts", words, places, share, count, expected, chance)
 
 
 def slipped_contacts(atlas: AtlasState) -> Fault | None:
@@ -147,7 +138,7 @@ def slipped_contacts(atlas: AtlasState) -> Fault | None:
         "on; press harder, or track more slowly."
     )
     places = some_apart(ends.points[~is_open], box_diagonal(atlas.pool.points))
-    return Fault("slipped contacts", words, passed / count, passed, level * count, chance, places)
+    return Fault("slipped contacts", words, places, passed / count, passed, level * count, chance)
 
 
 def moved_object(atlas: AtlasState) -> Fault | None:
@@ -169,13 +160,13 @@ def moved_object(atlas: AtlasState) -> Fault | None:
         name, words = MOVED, f"The object has moved by {shift}, after touch {found.after + 1}"
     words += "; fix it, and explore again."
     places = some_apart(found.places, box_diagonal(atlas.pool.points))
-    return Fault(name, words, size, found.explained, found.freedom, found.chance, places)
+    return Fault(name, words, places, size, found.explained, found.freedom, found.chance)
 
 
 def _of_squares(name: str, words: str, size: float, evidence: ProbeEvidence, of: str) -> Fault:
     """The fault that the squares of a name tell."""
     expected = evidence.sum(f"{of}_freedom")
-    return Fault(name, words, size, evidence.sum(of), expected, evidence.chance_of(of), NOWHERE)
+    return Fault(name, words, NOWHERE, size, evidence.sum(of), expected, evidence.chance_of(of))
 
 
 TESTS: tuple[Callable[[AtlasState], Fault | None], ...] = (

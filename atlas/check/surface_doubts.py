@@ -3,8 +3,6 @@
 import igl
 import numpy as np
 import trimesh
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
@@ -25,9 +23,7 @@ def surface_doubts(surface: Surface | None, atlas: AtlasState) -> list[Doubt]:
 
 def _pieces(surface: Surface) -> list[Doubt]:
     """One doubt where the triangles are of several bodies."""
-    edges = np.concatenate([surface.faces[:, [0, 1]], surface.faces[:, [1, 2]]])
-    links = coo_matrix((np.ones(len(edges)), edges.T), (len(surface.vertices),) * 2)
-    pieces = int(connected_components(links, directed=False)[0])
+    pieces = int(igl.vertex_components(surface.faces).max()) + 1
     words = f"The surface has {pieces} pieces; touch between them, or check for a second body."
     return [Doubt("pieces", words, NOWHERE)] if pieces > 1 else []
 

@@ -60,9 +60,7 @@ class Face:
         """Kind and numbers: "cylinder, radius 5.01 ± 0.01, axis (0.000, 0.000, 1.000)"."""
         if self.law:
             return self.law.words
-        count = len(self.pieces)
-        patches = f", {count} patch" + ("" if count == 1 else "es")
-        return self.kind + (patches if count else "")
+        return self.kind + (f", {count_of(len(self.pieces), 'patch')}" if self.pieces else "")
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,31 +56,11 @@ SIMPLE_LAWS = tuple(kind for kind in Kind if kind < Kind.QUADRIC)
 LABEL_KINDS = tuple(kind for kind in Kind if kind <= Kind.QUARTIC)
 SEXTIC_BASIS = graded_basis(6)
 _BASES = {Kind.QUARTIC: graded_basis(4), Kind.SEXTIC: SEXTIC_BASIS}
-# Exponents of the quadric's monomials.
-_QUADRIC_TERMS = np.array(
-    [
-        (0, 0, 0),
-        (1, 0, 0),
-        (0, 1, 0),
-        (2, 0, 0),
-        (1, 1, 0),
-        (0, 2, 0),
-        (1, 0, 1),
-        (0, 1, 1),
-        (0, 0, 2),
-    ]
-)
-# Prior standard deviation of a scaled coefficient of order 0 and 1, 2, and more, no unit. A ball of
-# the piece's size has second-order coefficients of 0.5. Doubled, quartics fold between contours.
-_FLAT, _SECOND, _HIGHER = 3.0, 1.0, 0.5
-
-
-def _prior(orders) -> np.ndarray:
-    return np.where(orders <= 1, _FLAT, np.where(orders == 2, _SECOND, _HIGHER)) ** -2.0
-
-
-_QUADRIC_PRIOR = _prior(_QUADRIC_TERMS.sum(axis=1))
-_PRIORS = {kind: _prior(basis.orders) for kind, basis in _BASES.items()}
+# Prior standard deviations of scaled coefficients by their order, no unit. A ball of the piece's
+# size has second-order coefficients of 0.5. Doubled, quartics fold between contours.
+_DEVIATIONS = np.array([3.0, 3.0, 1.0, 0.5, 0.5, 0.5, 0.5])
+_QUADRIC_PRIOR = _DEVIATIONS[[0, 1, 1, 2, 2, 2, 2, 2, 2]] ** -2.0
+_PRIORS = {kind: _DEVIATIONS[basis.orders] ** -2.0 for kind, basis in _BASES.items()}
 
 
 def prior_precision(kind: Kind) -> np.ndarray:

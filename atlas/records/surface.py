@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from k3d.plot import Plot
     from trimesh import Trimesh
 
+# Columns of a surface with a row for each vertex.
+_OF_VERTICES = "vertices", "normals", "deviation", "patch", "gaussian_curvature"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Surface:
@@ -110,27 +113,18 @@ class Surface:
 
     def taken(self, index, faces) -> "Surface":
         """The vertices of indices (w,) with other triangles (f, 3) between them."""
-        columns = {
-            name: column[index]
-            for name, column in vars(self).items()
-            if name not in ("faces", "stray_pieces", "closed_holes")
-        }
+        columns = {name: getattr(self, name)[index] for name in _OF_VERTICES}
         return replace(self, faces=faces, **columns)
 
     def extended(self, parts: "list[Surface]", faces, closed_holes) -> "Surface":
         """The surface with the vertices of others after its own, triangles (f, 3) between all, and
         holes (h, 3) that were closed besides."""
-        every = [self, *parts]
-        return Surface(
-            np.concatenate([part.vertices for part in every]),
-            np.asarray(faces),
-            np.concatenate([part.normals for part in every]),
-            np.concatenate([part.deviation for part in every]),
-            np.concatenate([part.patch for part in every]),
-            np.concatenate([part.gaussian_curvature for part in every]),
-            self.stray_pieces,
-            np.concatenate([self.closed_holes, closed_holes]),
-        )
+        columns = {
+            name: np.concatenate([getattr(part, name) for part in (self, *parts)])
+            for name in _OF_VERTICES
+        }
+        holes = np.concatenate([self.closed_holes, closed_holes])
+        return replace(self, faces=np.asarray(faces), closed_holes=holes, **columns)
 
 
 def manifold(faces) -> tuple[np.ndarray, np.ndarray]:

@@ -79,11 +79,6 @@ class Rims:
         """(m,) whether samples (m, 3) lie within the rims at ends ``which`` (m,)."""
         return self._ahead_of(which, samples) <= AHEAD * self.ends.steps[self._home[which]]
 
-    def _nearest(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
-        """(m,) the nearest rim of the sheet of points (m, 3), and whether there is one."""
-        near, facing = self._near(points, normals)
-        return near[np.arange(len(points)), facing.argmax(axis=1)], np.any(facing, axis=1)
-
     def _passed(self, points, normals) -> tuple[np.ndarray, np.ndarray]:
         """(m,) the nearest rim between points (m, 3) of a sheet and the samples nearest to them,
         and whether there is one."""
@@ -219,7 +214,10 @@ class Rims:
         self._index_rims()
         if self._rims:
             # What lies beyond a rim was not touched. Where it was the probe slipped.
-            which, facing = self._nearest(self._pool.points, self._pool.normals)
+            near, facing = self._near(self._pool.points, self._pool.normals)
+            # The nearest rim of the sheet of each sample, and whether there is one.
+            which = near[np.arange(len(near)), facing.argmax(axis=1)]
+            facing = np.any(facing, axis=1)
             of_rim = np.bincount(which[facing], minlength=len(self._home))
             facing &= ~self._holds(which, self._pool.points)
             beyond = np.bincount(which[facing], minlength=len(self._home))
