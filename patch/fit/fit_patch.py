@@ -9,6 +9,7 @@ from touchatlas.patch.fit.averaging import averaged, averaged_again
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.patch.fit.darboux_fit import Solution
 from touchatlas.patch.fit.estimate import (
+    BENT,
     Choices,
     first_choices,
     shrunk,
@@ -98,9 +99,7 @@ def unsolvable_is_unfit():
     try:
         yield
     except np.linalg.LinAlgError as error:
-        raise UnfitError(
-            "the contours bend too much for one patch; track shorter ones, or closer together"
-        ) from error
+        raise UnfitError(BENT) from error
 
 
 def _check_lengths(bias: float, detail: float, radius_limit: float, radius_floor: float) -> None:
