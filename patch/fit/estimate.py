@@ -1,11 +1,10 @@
-"""From a stack of samples to polynomials: a first choice of smoothness, its test, other choices."""
+"""From samples to a polynomial: a first choice of smoothness, its test, and other choices."""
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
-from touchatlas.patch.fit.darboux_fit import Solution, diverged, joined, solve_in_darboux_frame
+from touchatlas.patch.fit.darboux_fit import Solution, diverged, solve_in_darboux_frame
 from touchatlas.patch.fit.reframe import raw_system, reframed
 from touchatlas.patch.fit.smoothness import (
     NormalEquations,
@@ -28,25 +27,27 @@ FIT_REACH = 1.25
 # Radii that are tried one after the other, over the first radius: steps of 0.8.
 _RADIUS_LEVELS = (0.8, 0.64, 0.5, 0.4)
 
+# Length ratio and z scale of a height of moderate smoothness.
+_HEIGHT = np.array([0.5]), np.array([0.02])
 # What is said of a fit that diverges.
 BENT = "the contours bend too much for one patch; track shorter ones, or closer together"
 
 
 @dataclass(frozen=True, eq=False)
 class Choices:
-    """The first choice of smoothness for every fit of a stack.
+    """The first choice of smoothness for a stack.
 
     Parameters
     ----------
     stack : Stack
         In the frames of first polynomials. Weights are those of F^2.
-    mean : (m, t) float
+    mean : (1, t) float
         Coefficients in these frames.
-    length_ratio, z_scale : (m,) float
+    length_ratio, z_scale : (1,) float
         Most probable values.
-    doubtful : (m,) bool
+    doubtful : (1,) bool
         Whether a test rejects the choice.
-    log_posterior : (m, g) float
+    log_posterior : (1, g) float
         Of each point of the smoothness grid, up to a constant.
     """
 
@@ -108,7 +109,7 @@ def _in_reach(stack: Stack) -> Stack:
 
 def _in_first_frames(stack: Stack, basis: Basis, noise) -> tuple[Stack, NormalEquations]:
     """The stack in the Darboux frames of first polynomials, and the normal equations there."""
-    precision = _first_precision(basis)
+    precision = coefficient_precision(basis, *_HEIGHT)
     raw, terms = raw_system(stack, basis)
     mean = map_coefficients(raw.equations(), noise, precision)
     stack, samples = reframed(stack, basis, mean, terms=terms)
@@ -117,7 +118,7 @@ def _in_first_frames(stack: Stack, basis: Basis, noise) -> tuple[Stack, NormalEq
 
 
 def _log_posterior(equations: NormalEquations, basis: Basis, noise, reach, prior):
-    """Log posterior (m, g) over the smoothness grid, and chi-square (m,) where it is largest.
+    """Log posterior (1, g) over the smoothness grid, and chi-square (1,) where it is largest.
 
     Where chi-square is large, no terms of this degree explain the residuals. There the noise is
     enlarged to explain them, and terms in z are excluded: they would fit such fine detail.
@@ -129,46 +130,30 @@ def _log_posterior(equations: NormalEquations, basis: Basis, noise, reach, prior
     best = found.argmax(axis=1)
     chi_square = chi_square[np.arange(len(best)), best]
     per_sample = chi_square / equations.count
-    # Noise is taken to be larger than stated.
-    large = per_sample > 1.3
-    if large.any():
-        spread = (noise * np.sqrt(per_sample))[large]
-        evidence, _ = log_evidence(equations[large][:, None], spread[:, None], precisions)
+    if per_sample[0] > 1.3:
+        # Noise is taken to be larger than stated.
+        spread = noise * np.sqrt(per_sample)
+        evidence, _ = log_evidence(equations[:, None], spread[:, None], precisions)
         heights_only = np.where(z_scales > z_scales.min(), -np.inf, 0.0)
-        density = np.broadcast_to(density, (len(large), len(length_ratios)))[large]
-        found[large] = evidence + density + heights_only
+        found = evidence + density + heights_only
     return found, chi_square
 
 
-@lru_cache
-def _first_precision(basis: Basis) -> np.ndarray:
-    """(1, t) prior precision of the first polynomial: a height of moderate smoothness."""
-    return coefficient_precision(basis, [0.5], [0.02])
-
-
 def solve_choices(choices: Choices, basis: Basis) -> Solution:
-    """Polynomials in their Darboux frames. Those that diverge are fitted again as heights.
+    """The polynomial in its Darboux frame; one that diverges is fitted again as a height.
 
     Raises
     ------
     UnfitError
-        The heights diverge, too.
+        The height diverges, too.
     """
-    stack = choices.stack
-    solution = solve_in_darboux_frame(
-        stack, basis, choices.mean, stack.weight, choices.length_ratio, choices.z_scale
-    )
-    lost = diverged(stack, solution.stack)
-    if not lost.any():
-        return solution
-    again, rest = np.flatnonzero(lost), np.flatnonzero(~lost)
-    heights = solve_in_darboux_frame(
-        *(stack[again], basis, 0.0 * choices.mean[again], stack.weight[again]),
-        *(np.full(len(again), 0.5), np.full(len(again), 0.02)),
-    )
-    if diverged(stack[again], heights.stack).any():
-        raise UnfitError(BENT)
-    return joined([rest, again], [solution[rest], heights]) if len(rest) else heights
+    stack, mean = choices.stack, choices.mean
+    for length_ratio, z_scale in ((choices.length_ratio, choices.z_scale), _HEIGHT):
+        solution = solve_in_darboux_frame(stack, basis, mean, stack.weight, length_ratio, z_scale)
+        if not diverged(stack, solution.stack):
+            return solution
+        mean = 0.0 * mean
+    raise UnfitError(BENT)
 
 
 def shrunk(stack: Stack, basis: Basis, bias: float, floor: float, prior) -> Choices:

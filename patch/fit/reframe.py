@@ -26,10 +26,10 @@ class Samples:
 
     Parameters
     ----------
-    feet : (m, n, 3) float, scaled, local
-    value : (m, n) float, scaled
+    feet : (1, n, 3) float, scaled, local
+    value : (1, n) float, scaled
         F at the samples.
-    squared_gradient : (m, n) float
+    squared_gradient : (1, n) float
         |grad F|^2 at the samples, within their sampling planes.
     """
 
@@ -38,7 +38,7 @@ class Samples:
     squared_gradient: np.ndarray
 
     def system(self, basis: Basis, weight) -> LinearSystem:
-        """The least-squares problem of the coefficients, with weights (m, n)."""
+        """The least-squares problem of the coefficients, with weights (1, n)."""
         x, y, z = self.feet[..., 0], self.feet[..., 1], self.feet[..., 2]
         phi = monomials(basis, x, y, z)[: basis.size].transpose(1, 0, 2)
         return LinearSystem(phi, z + self.value, weight)
@@ -54,7 +54,7 @@ def raw_system(stack: Stack, basis: Basis) -> tuple[LinearSystem, np.ndarray]:
 def reframed(
     stack: Stack, basis: Basis, mean, fraction: float = 1.0, terms=None
 ) -> tuple[Stack, Samples]:
-    """The stack in the Darboux frames of its polynomials (m, t), and its samples there.
+    """The stack in the Darboux frames of its polynomials (1, t), and its samples there.
 
     Each origin moves along the old normal to the polynomial. Axes rotate by a fraction of the
     angle to the Darboux frame. ``terms`` are the monomials (s, m, n) at the samples, if known.
@@ -81,7 +81,7 @@ def reframed(
 
 
 def _linearised(stack: Stack, basis: Basis, mean, terms) -> Samples:
-    """Feet, F and |grad F|^2 of samples for polynomials (m, t), in the frames of the stack."""
+    """Feet, F and |grad F|^2 of samples for polynomials (1, t), in the frames of the stack."""
     scaled = stack.scaled()
     if terms is None:
         terms = monomials(basis, scaled[..., 0], scaled[..., 1], scaled[..., 2])
@@ -100,7 +100,7 @@ def _linearised(stack: Stack, basis: Basis, mean, terms) -> Samples:
 
 
 def _darboux_axes(basis: Basis, mean, fraction: float):
-    """Axes (m, 3, 3) at the origin of polynomials, their height (m,) and dF/dn (m,) there.
+    """Axes (1, 3, 3) at the origin of polynomials, their height (1,) and dF/dn (1,) there.
 
     n are the new normals. The axes are rotated by about a fraction of the angle.
     """

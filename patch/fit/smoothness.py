@@ -92,10 +92,6 @@ class LinearSystem:
     heights: np.ndarray
     weight: np.ndarray
 
-    def __getitem__(self, rows) -> "LinearSystem":
-        """Some of the problems."""
-        return LinearSystem(self.phi[rows], self.heights[rows], self.weight[rows])
-
     def equations(self) -> NormalEquations:
         """Normal equations (m, ...)."""
         weighted = self.phi * self.weight[:, None]

@@ -1,6 +1,6 @@
 """The start of a fit: samples about the reference point, a first frame and the reach."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,25 +24,25 @@ class UnfitError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """The samples of m fits, each in a frame whose normal is approximately right.
+    """The samples of a fit in a frame whose normal is approximately right, as arrays of one row.
 
     Parameters
     ----------
-    origin : (m, 3) float, length, world
-    axes : (m, 3, 3) float, world
-    offsets : (m, n, 3) float, length, world
+    origin : (1, 3) float, length, world
+    axes : (1, 3, 3) float, world
+    offsets : (1, n, 3) float, length, world
         Samples minus origin.
-    across : (m, n, 3) float, unit, world
+    across : (1, n, 3) float, unit, world
         Normal of the plane that each sample was tracked in; its noise lies in that plane. Zero
         for a sample of no plane.
-    weight : (m, n) float
+    weight : (1, n) float
         Variance of the stack's noise over that of the sample; 0 for entries that only pad the
         arrays.
-    reach : (m,) float, length
+    reach : (1,) float, length
         At the start: how far the contours run around the point. At the end: the patch radius.
-    noise : (m,) float, length
+    noise : (1,) float, length
         Standard deviation of the noise of samples.
-    condition : (m,) float
+    condition : (1,) float
         Condition number of the sections: see ``curvatures_from_sections``.
     """
 
@@ -56,12 +56,8 @@ class Stack:
     condition: np.ndarray
 
     def scaled(self) -> np.ndarray:
-        """(m, n, 3) samples in the frames, over the reach."""
+        """(1, n, 3) samples in the frames, over the reach."""
         return self.offsets @ (self.axes / self.reach[:, None, None]).transpose(0, 2, 1)
-
-    def __getitem__(self, rows) -> "Stack":
-        """The stack of some of the fits."""
-        return Stack(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 def start_stack(point, contours: tuple[Contour, ...], outward) -> Stack:
