@@ -52,12 +52,12 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     if outward is None:
         hidden = quadric is None and noise_hides(touch, contours)
         return AtlasChange(refused=reason, hidden=hidden)
-    counts = [len(c.points) for c in contours]
-    noise = np.repeat([c.noise_std for c in contours], counts)
+    numbers = np.repeat(np.arange(len(contours)), [len(c.points) for c in contours])
+    noise = np.array([c.noise_std for c in contours])[numbers]
     normals = _normals(state, touch.contact, contours, outward, quadric)
     news, first = innovations(state, points, noise), len(state.pool)
     settle_tip(state, touch.tip_radius, touch.systematic_std)
-    enter_samples(state, contours, normals, touch.number)
+    enter_samples(state, contours, normals, noise, numbers, touch.number)
     _enter_way(state, touch)
     found = evidence.crossings + crossings_of(state.pool, first, state.levels)
     state.evidence = replace(evidence, crossings=found)
@@ -218,17 +218,17 @@ def innovations(state: AtlasState, points, noise) -> np.ndarray:
     return innovations_of(state.next_number, *columns)[known]
 
 
-def enter_samples(state: AtlasState, contours: tuple[Contour, ...], normals, touch: int) -> None:
-    """Add the samples of contours of the touch of a number, with the normals (k, 3) of each, to the
-    pool, and the ends at which contact was lost to the rims."""
+def enter_samples(
+    state: AtlasState, contours: tuple[Contour, ...], normals, noise, numbers, touch: int
+) -> None:
+    """Add the samples of contours of the touch of a number, with the normals (k, 3) of each, their
+    noise (n,), length, and the number (n,) of its contour, to the pool, and the ends at which
+    contact was lost to the rims."""
     points = np.concatenate([c.learned_points(state.tip_radius) for c in contours])
-    across = np.concatenate([np.tile(c.plane.normal, (len(c.points), 1)) for c in contours])
+    across = np.array([c.plane.normal for c in contours])[numbers]
     edges = np.concatenate([_is_at_edge(c) for c in contours])
-    counts = [len(c.points) for c in contours]
-    noise = np.repeat([c.noise_std for c in contours], counts)
-    numbers = np.repeat(np.arange(len(contours)), counts)
+    measured = np.array([c.normals is not None for c in contours])[numbers]
     state.rims.ends.extend(contours, normals)
-    measured = np.repeat([c.normals is not None for c in contours], counts)
     columns = points, np.concatenate(normals), across, edges, noise, numbers, measured, touch
     state.pool.add(*columns)
 

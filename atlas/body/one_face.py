@@ -29,10 +29,10 @@ def face_of_all(samples: ContourSamples) -> Faces:
         np.full(count, NONE if piece is None else 0),
         np.zeros(0, int),
         samples.std,
+        samples.stds,
         levels=samples.levels,
         turns=turns,
         is_sharp=share_of_contours(samples, turns) >= MANY,
-        stds=samples.stds,
     )
 
 
@@ -60,7 +60,7 @@ def law_of_all(samples: ContourSamples) -> Piece | None:
     a sample, have a chi-square distribution of n - p degrees of freedom, and those of a contour of
     m samples one of m at most.
     """
-    columns = samples.points, samples.outward, samples.std_of(np.arange(len(samples)))
+    columns = samples.points, samples.outward, samples.stds
     if len(samples) <= Kind.QUADRIC.parameters:
         return None
     # Each of the others but a torus is a quadric, too: most bodies obey no law, and two fits tell.

@@ -35,8 +35,8 @@ def read_faces(
         Those of the first of the samples.
     """
     if not len(pool):
-        none = np.zeros(0, int)
-        return Faces((), (), np.zeros((0, 3)), np.zeros((0, 3)), none, none, none, std)
+        none, nowhere = np.zeros(0, int), np.zeros((0, 3))
+        return Faces((), (), nowhere, nowhere, none, none, none, std, nowhere[:, 0])
     samples = samples_of(pool, len(pool), std, levels)
     found = determined(faces_of_samples(samples, before=before), samples)
     return with_uncrossed_edges(Body(found, samples)) if len(found) > 1 else found
@@ -109,12 +109,12 @@ def _is_tested(members, samples: ContourSamples) -> bool:
     if len(others) < Kind.PLANE.parameters:
         return False
     plane = fit_piece(
-        Kind.PLANE, samples.points[others], samples.normals[others], samples.std_of(others)
+        Kind.PLANE, samples.points[others], samples.normals[others], samples.stds[others]
     )
     if plane is None:
         return False
     distance, _, variance = plane.predicted(samples.points[members[largest]])
-    sure, std = samples.levels.sure, samples.std_of(members[largest])
+    sure, std = samples.levels.sure, samples.stds[members[largest]]
     known = variance < (sure * std) ** 2
     met = np.abs(distance) < sure * np.sqrt(variance + std**2)
     return bool(np.mean(known & met) > 0.5)

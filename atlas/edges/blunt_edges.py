@@ -212,8 +212,7 @@ def _corner_nats(at: PiecesAt, faces: tuple[int, int, int], edge: BluntEdge) -> 
     normals = np.stack([at[k][1][near] for k in faces], axis=1)
     off, _, ball = rounded_corner(distances[near], normals, np.full(len(near), edge.radius))
     nats = np.full(len(at.samples), most)
-    std = np.broadcast_to(at.std, len(at.samples))[near]
-    nats[near] = np.where(ball, evidence.misfit(off / std), most)
+    nats[near] = np.where(ball, evidence.misfit(off / at.std[near]), most)
     return nats
 
 
@@ -280,7 +279,7 @@ def _sign(labels: Labels, pair, samples) -> float:
     evidence = labels.evidence
     points, of = evidence.samples.points[samples], labels.of[samples]
     heights = np.where(of == pair[0], *(labels.pieces[k].at(points)[0] for k in pair[::-1]))
-    clear = np.abs(heights) > evidence.sure * evidence.samples.std_of(samples)
+    clear = np.abs(heights) > evidence.sure * evidence.samples.stds[samples]
     sides = np.sign(heights[clear])
     mean = float(sides.mean()) if len(sides) else 0.0
     return -float(np.sign(mean)) if abs(mean) > evidence.facing else 0.0

@@ -17,7 +17,7 @@ class PiecesAt:
     def __init__(self, labels: Labels, samples) -> None:
         self.labels, self.samples = labels, samples
         self.points = labels.evidence.samples.points[samples]
-        self.std = labels.evidence.samples.std_of(samples)
+        self.std = labels.evidence.samples.stds[samples]
         self._found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def __getitem__(self, label: int) -> tuple[np.ndarray, np.ndarray]:
@@ -61,19 +61,16 @@ class RoundedPair:
         if not len(radii) or not -_EDGE < np.median(self.cosine) < _EDGE:
             return None
         tried = np.unique(np.quantile(radii, np.linspace(0.0, 1.0, 15)))
+        # Deviations of the samples over the least of them.
+        relative = self.std / np.min(self.std)
         radius, square = float(tried[self.nats(tried[:, None]).sum(axis=1).argmin()]), 0.0
         for _ in range(5):
             distance, weights = self.at(radius)
             good = self.evidence.misfit(distance / self.std) < self.evidence.options.unexplained
-            slope = (radius_slope(weights) / self._relative)[good]
+            slope = (radius_slope(weights) / relative)[good]
             square = float((slope**2).sum())
             if square <= 0.0:
                 return None
-            off = (distance / self._relative)[good]
+            off = (distance / relative)[good]
             radius = max(radius - float((slope * off).sum()) / square, 0.0)
         return radius, float(np.min(self.std) / np.sqrt(square))
-
-    @property
-    def _relative(self) -> float | np.ndarray:
-        """Deviations of the samples over the least of them (m,), or 1 where they are alike."""
-        return self.std / np.min(self.std)

@@ -121,6 +121,8 @@ class Faces:
         Samples of no face that lie on rounded edges or corners, ascending.
     std : float, length
         Standard deviation of the distance of the surest samples from their face.
+    stds : (n,) float, length
+        That of each sample.
     corners : tuple of FaceCorner
         Corners of three faces that are rounded with one ball.
     links : SampleGraph, optional
@@ -134,8 +136,6 @@ class Faces:
         over a sharp edge.
     is_sharp : bool
         Whether so many contours do that the face has sharp edges there.
-    stds : (n,) float, length, optional
-        Standard deviation of each sample; all are alike without.
     """
 
     faces: tuple[Face, ...]
@@ -146,13 +146,13 @@ class Faces:
     patch_of: np.ndarray
     rounded: np.ndarray
     std: float
+    stds: np.ndarray
     corners: tuple[FaceCorner, ...] = ()
     links: SampleGraph | None = None
     recall: Recall | None = None
     levels: Levels = Levels()
     turns: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
     is_sharp: bool = False
-    stds: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.faces)

@@ -35,9 +35,9 @@ def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
     balls = [edge.samples for edge in edges] + [corner.samples for corner in corners]
     on_balls = np.flatnonzero(labels.rounded & (labels.of == NONE))
     rounded = np.unique(np.concatenate([on_balls, *balls]))
-    own = of, labels.of.copy(), rounded, samples.std, corners
+    own = of, labels.of.copy(), rounded, samples.std, samples.stds, corners
     kept = labels.evidence.graph, labels.evidence.recall, samples.levels
-    return Faces(tuple(faces), edges, points, normals, *own, *kept, stds=samples.stds)
+    return Faces(tuple(faces), edges, points, normals, *own, *kept)
 
 
 def _normals(labels: Labels) -> np.ndarray:
@@ -72,14 +72,14 @@ def _face(labels: Labels, number: int, own, of) -> Face:
         distance[mine] = labels.pieces[k].at(samples.points[members[mine]])[0]
     law = None
     if len(pieces) == 1 and pieces[0].kind.lawful:
-        law = law_of(pieces[0], samples.points[members], samples.std_of(members))
+        law = law_of(pieces[0], samples.points[members], samples.stds[members])
     return Face(
         number,
         law,
         pieces,
         tuple(own.tolist()),
         members,
-        float((np.abs(distance) <= 3.0 * samples.std_of(members)).mean()),
+        float((np.abs(distance) <= 3.0 * samples.stds[members]).mean()),
         float(np.sqrt((distance * distance).mean())),
         nearest_to_mean(samples.points[members]),
     )

@@ -202,15 +202,15 @@ class FaceTrees:
         faces = self.faces
         own = np.concatenate([faces.faces[k].samples for k in group])
         points, normals = faces.points[own], faces.normals[own]
-        stds = np.full(len(faces.points), faces.std) if faces.stds is None else faces.stds
-        found = fit_free_form(points, normals, faces.std, self.radius, self._before, stds=stds[own])
+        stds = faces.stds[own]
+        found = fit_free_form(points, normals, faces.std, self.radius, self._before, stds=stds)
         if len(faces) == 1:
             return replace(found, pairs=faces.turns) if faces.is_sharp else found
         left = np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)
         left = left[are_on(found, faces.points[left], faces.std)]
         if not len(left):
             return found
-        loose, every = faces.points[left], np.concatenate([stds[own], stds[left]])
+        loose, every = faces.points[left], np.concatenate([stds, faces.stds[left]])
         normals = np.concatenate([normals, found.values(loose)[:, 1:4]])
         points = np.concatenate([points, loose])
         return fit_free_form(points, normals, faces.std, self.radius, stds=every)

@@ -73,7 +73,7 @@ class Evidence:
 
     def _fit(self, kind: Kind, s) -> Piece | None:
         points = self.samples.points[s]
-        piece = fit_piece(kind, points, self.samples.normals[s], self.samples.std_of(s))
+        piece = fit_piece(kind, points, self.samples.normals[s], self.samples.stds[s])
         if piece is None or kind not in (Kind.QUADRIC, Kind.QUARTIC):
             return piece
         return None if is_edge(piece, points, 0.5 * self.samples.levels.same_side) else piece
@@ -84,7 +84,7 @@ class Evidence:
         samples = self.samples
         distance, normals, variance = piece.predicted(samples.points[members])
         cosines = in_plane_cosines(normals, samples.normals[members], samples.planes[members])
-        std = samples.std_of(members)
+        std = samples.stds[members]
         return distance / std, cosines, variance / std**2
 
     def price(self, kind: Kind, count: int) -> float:
@@ -98,7 +98,7 @@ class Evidence:
     def nats(self, piece: Piece, members) -> np.ndarray:
         """(m,) nats of samples that a piece explains."""
         distance = piece.at(self.samples.points[members])[0]
-        return self.misfit(distance / self.samples.std_of(members))
+        return self.misfit(distance / self.samples.stds[members])
 
     def is_good(self, nats) -> bool:
         """Whether samples of so many nats (m,) are no farther off than chi-square allows."""

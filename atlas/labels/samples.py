@@ -79,14 +79,6 @@ class ContourSamples:
         """Diagonal of the box about all, length."""
         return box_diagonal(self.points)
 
-    def std_of(self, some) -> float | np.ndarray:
-        """Standard deviations (m,) of some samples (m,), length; one where all are alike."""
-        return self.std if self._are_alike else self.stds[some]
-
-    @cached_property
-    def _are_alike(self) -> bool:
-        return bool((self.stds == self.std).all())
-
     def are_of_several_contours(self, some) -> bool:
         """Whether some samples (m,) determine more than a curve in a plane."""
         counts = np.bincount(self.contours[some])

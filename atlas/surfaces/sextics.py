@@ -26,7 +26,7 @@ class Sextics:
     radii : (p,) float, length
         Units of their scaled coordinates.
     coefficients : (p, t) float, no unit
-    factors : (p, t, t) float, no unit, optional
+    factors : (p, t, t) float, no unit
         Upper triangular U; U' U are the covariances of the coefficients.
     """
 
@@ -34,7 +34,7 @@ class Sextics:
     axes: np.ndarray
     radii: np.ndarray
     coefficients: np.ndarray
-    factors: np.ndarray | None = None
+    factors: np.ndarray
 
     def __len__(self) -> int:
         return len(self.origins)
@@ -42,11 +42,10 @@ class Sextics:
     def some(self, index) -> "Sextics":
         """Some of them (k,)."""
         own = self.origins[index], self.axes[index], self.radii[index], self.coefficients[index]
-        return Sextics(*own, None if self.factors is None else self.factors[index])
+        return Sextics(*own, self.factors[index])
 
     def piece(self, number: int) -> Piece:
         """One of the sextics."""
-        assert self.factors is not None
         factor = self.factors[number].astype(float)
         frame = self.origins[number], self.axes[number], float(self.radii[number])
         return Piece(Kind.SEXTIC, *frame, self.coefficients[number], factor.T @ factor)
@@ -88,7 +87,6 @@ class Sextics:
     def variances(self, numbers, points) -> np.ndarray:
         """(m,) variances of the scaled heights of sextics ``numbers`` (m,) at points (m, 3):
         |U t|^2 with the monomials t."""
-        assert self.factors is not None
         out = np.empty(len(numbers))
         for piece, places, filled in _rows_of(numbers):
             terms = self._inside(piece, points.take(places, axis=0))[2][:, : SEXTIC_BASIS.size]
@@ -118,7 +116,7 @@ class Sextics:
 
 
 def joined(parts: list[Sextics]) -> Sextics:
-    """All sextics of parts with factors as one."""
+    """All sextics of parts as one."""
     names = [field.name for field in fields(Sextics)]
     return Sextics(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
