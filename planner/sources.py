@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.body.guessed_edges import guessed_edges
 from touchatlas.atlas.body.round_holes import smallest_hole
+from touchatlas.atlas.body.uncrossed_edges import guessed_edges
 from touchatlas.atlas.mesh.surface import fine_edge
 from touchatlas.patch.entry_points import PLANNERS, load_added
 from touchatlas.patch.geometry.frame import any_tangent

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.body.guessed_edges import guessed_edges
+from touchatlas.atlas.body.uncrossed_edges import guessed_edges
 from touchatlas.atlas.check.doubt import Doubt, some_apart
 from touchatlas.atlas.check.faults import moved_object
 from touchatlas.atlas.labels.samples import split_contours

@@ -5,7 +5,6 @@ from itertools import combinations
 
 import numpy as np
 
-from touchatlas.atlas.field.alike_faces import alike_faces
 from touchatlas.atlas.field.face_ends import FaceEnds
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.rounded_edges import are_rounded, ball_distances
@@ -37,7 +36,7 @@ class Cells:
         self._noise = trees.faces.levels.sure * np.array([face.deviation for face in faces])
         # Faces of one surface divide space once, as the largest of them does; some face the other
         # way.
-        self._one, self._way = alike_faces(trees, self._noise)
+        self._one, self._way = trees.alike(self._noise)
         self._of_one = [np.flatnonzero(self._one == k) for k in range(len(faces))]
         self._two_ways = np.array([len(set(self._way[own].tolist())) > 1 for own in self._of_one])
         self._has_patches = np.array([trees.is_free_form(face.id) for face in faces] + [False])

@@ -73,6 +73,24 @@ class FaceTrees:
         surface = self.free_form(number)
         return self.faces.faces[number].pieces[0] if surface is None else surface
 
+    def alike(self, noise) -> tuple[np.ndarray, np.ndarray]:
+        """(f,) the first face that is one surface with each, as parts of one plane are: most
+        samples of the later one lie on it within the noise (f,), with its normal or the opposite
+        one; and (f,) 1 or -1, for its normal."""
+        faces = self.faces.faces
+        one, way = np.arange(len(faces)), np.ones(len(faces))
+        for later in range(len(faces)):
+            some = slice(None, None, max(1, len(faces[later].samples) // 64))
+            points = self.faces.points[faces[later].samples[some]]
+            on = np.abs(self.between[later][some]) < noise + noise[later]
+            for first in np.flatnonzero(on[:, :later].mean(axis=0) > 0.5).tolist():
+                normals = [self.of(k).level(points)[:, 1:] for k in (first, later)]
+                cosine = (normals[0] * normals[1]).sum(axis=1)
+                if (on[:, first] & (np.abs(cosine) > 0.99)).mean() > 0.5:
+                    one[later], way[later] = one[first], way[first] * np.sign(np.median(cosine))
+                    break
+        return one, way
+
     def all_distances(self, points) -> np.ndarray:
         """(n, f) signed distances of points (n, 3) from all faces."""
         return self.at(points).distances

@@ -11,8 +11,8 @@ from tests.explored import explored
 from tests.lawful import BORE, known_body
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
-from touchatlas.atlas.body.guessed_edges import GuessedEdges
 from touchatlas.atlas.body.round_holes import smallest_hole
+from touchatlas.atlas.body.uncrossed_edges import GuessedEdges
 from touchatlas.planner import Planner, PlannerOptions, Reason
 from touchatlas.planner import sources as listed
 from touchatlas.planner.attempts import Attempts, Pending, Target

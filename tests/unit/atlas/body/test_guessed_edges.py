@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from touchatlas.atlas.body import guessed_edges as module
-from touchatlas.atlas.body.guessed_edges import guessed_edges
+from touchatlas.atlas.body import uncrossed_edges as module
+from touchatlas.atlas.body.uncrossed_edges import guessed_edges
 from touchatlas.atlas.check.sample_doubts import edge_doubts
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import FaceEdge
@@ -20,9 +20,9 @@ CURVE = np.column_stack([np.linspace(0.0, 20.0, 21), np.zeros((21, 2))])
 class Trees:
     """Face 0 looks along z, all others along y."""
 
-    def values(self, face, points):
+    def of(self, face):
         normal = [0.0, 1.0, 0.0] if face else [0.0, 0.0, 1.0]
-        return np.tile([0.0, *normal, 0.0], (len(points), 1))
+        return SimpleNamespace(values=lambda at: np.tile([0.0, *normal, 0.0], (len(at), 1)))
 
 
 def edge(number: int, radius: float) -> FaceEdge:
