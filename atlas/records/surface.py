@@ -1,7 +1,7 @@
 """Surface: the triangles of an atlas, with normal and predicted deviation at each vertex."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import igl
 import numpy as np
@@ -119,7 +119,7 @@ class Surface:
     def extended(self, parts: "list[Surface]", faces, closed_holes) -> "Surface":
         """The surface with the vertices of others after its own, triangles (f, 3) between all, and
         holes (h, 3) that were closed besides."""
-        columns = {
+        columns: dict[str, Any] = {
             name: np.concatenate([getattr(part, name) for part in (self, *parts)])
             for name in _OF_VERTICES
         }
