@@ -9,7 +9,7 @@ from touchatlas.atlas.learn import (
     check_noise,
     check_tip,
     check_unit_of_length,
-    compared,
+    innovations,
     settle_scale,
     settle_tip,
 )
@@ -84,7 +84,7 @@ def learn_scan(state: AtlasState, scan: Scan) -> AtlasChange:
     normals = np.concatenate([strand.normals for strand in strands]) * signs[numbers][:, None]
     across = np.concatenate([strand.across for strand in strands])
     noise = np.concatenate([strand.noise for strand in strands])
-    news, _ = compared(state, points, noise)
+    news = innovations(state, points, noise)
     settle_tip(state, scan.tip_radius, scan.systematic_std)
     state.pool.add(points, normals, across, False, noise, numbers)
     return AtlasChange(innovations=news)

@@ -7,7 +7,7 @@ from scipy.stats import t as student
 from tests.explored import learned as learned_from
 from tests.explored import spread_touches
 from touchatlas.atlas import Atlas
-from touchatlas.atlas.learn import compared
+from touchatlas.atlas.learn import innovations
 from touchatlas.atlas.samples.predictive_law import (
     LATEST,
     LawPrior,
@@ -162,7 +162,7 @@ def test_the_change_of_a_touch_tells_what_was_predicted_before_it(touches):
     atlas = Atlas(0.1)
     assert not len(atlas.add(touches[0]).innovations)
     for touch in touches[1:]:
-        before = compared(atlas, points_of(touch), NOISE_OF_BLOB)[0]
+        before = innovations(atlas, points_of(touch), NOISE_OF_BLOB)
         assert (atlas.add(touch).innovations == before).all()
 
 
@@ -171,7 +171,7 @@ def test_innovations_are_what_the_surface_says_of_samples_where_it_knows_enough(
     *first, last = touches
     atlas = learned_from(first, 0.1)
     found = atlas.blend(points_of(last))
-    seen = compared(atlas, points_of(last), NOISE_OF_BLOB)[0]
+    seen = innovations(atlas, points_of(last), NOISE_OF_BLOB)
     known = found.distance[found.known]
     rows = np.flatnonzero(np.isin(known, seen[:, 1]))
     assert len(rows) == len(seen) > 10
