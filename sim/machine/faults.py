@@ -55,9 +55,10 @@ class FaultyProbe:
         touch = self._probe(plan)
         if touch.status is not TouchStatus.TOUCHED:
             return touch
+        if fault.name == words.TIP:
+            return self._outside(touch)
         spoil = {
             words.NOISE: self._noisier,
-            words.TIP: self._outside,
             words.DISPLACED: self._displaced,
             words.OUTLIERS: self._with_outliers,
             words.LOST: self._lost,
@@ -136,10 +137,19 @@ class FaultyProbe:
         std = contour.noise_std * np.sqrt(max(self._fault.size**2 - 1.0, 0.0))
         return self._off(contour, std * self._rng.normal(size=contour.points.shape))
 
-    def _outside(self, contour: Contour, touch: Touch) -> Contour:
-        feet = self._feet.of(contour.points)
-        normals = self._feet.normals(feet)
-        return self._off(contour, self._fault.size * normals)
+    def _outside(self, touch: Touch) -> Touch:
+        """The touch of a ball whose radius nobody took off: all is where its centre was."""
+        contours = tuple(self._off(c, self._outward(c.points)) for c in touch.contours)
+        contact = touch.contact + self._outward(touch.contact[None])[0]
+        way = touch.way
+        if way is not None:
+            rise = (contact - touch.contact) @ touch.approach
+            way = np.stack([way[0], way[1] + rise * touch.approach])
+        return replace(touch, contours=contours, contact=contact, way=way)
+
+    def _outward(self, points) -> np.ndarray:
+        """(n, 3) the size of the fault along the normals of the body at points (n, 3)."""
+        return self._fault.size * self._feet.normals(self._feet.of(points))
 
     def _displaced(self, contour: Contour, touch: Touch) -> Contour:
         way = self._rng.normal(size=3)

@@ -45,8 +45,12 @@ def test_noise_is_so_many_times_the_stated():
     assert touch.contours[0].noise_std == NOISE
 
 
-def test_a_tip_lies_outside_by_its_radius():
-    assert np.allclose(off(probe("tip=2", noise=0.0)(plan())), 2.0, atol=1e-6)
+def test_a_tip_lies_outside_by_its_radius_with_its_contact_and_its_way():
+    touch = probe("tip=2", noise=0.0)(plan())
+    assert np.allclose(off(touch), 2.0, atol=1e-6)
+    bare = probe("", noise=0.0)(plan())
+    assert np.linalg.norm(touch.contact - bare.contact) == pytest.approx(2.0)
+    assert touch.way[1] == pytest.approx(touch.contact, abs=1e-6)
 
 
 def test_planes_are_turned_but_not_in_what_is_said():
