@@ -6,7 +6,7 @@ A table stands in a document of docs between the lines `<!-- table NAME -->` and
 | table | of the file | which is written by |
 |---|---|---|
 | guard, failures | docs/guard.csv | python examples/guard.py --renew |
-| faults | docs/stability/faults.csv | python examples/faults.py --out docs/stability/faults.csv |
+| faults | docs/stability/faults.csv | touchatlas study examples/faults.toml (runs.csv) |
 | families, methods | docs/stability/patch.csv | touchatlas chart --stability (stability.csv) |
 | patches | docs/tradeoff/patch.csv | touchatlas chart (tradeoff.csv) |
 | benchmark | docs/tradeoff/benchmark.csv | touchatlas study (runs.csv) |
@@ -110,13 +110,21 @@ def failures(rows: list[Row]) -> str:
 
 
 def faults(rows: list[Row]) -> str:
-    """One row a fault and body."""
-    keys = ["fault", "body", "touches", "ended", "predicted", "within", "p95", "largest"]
-    keys += ["calibration", "doubts"]
-    headers = ["fault", "body", "touches", "ended", "predicted", "true share", "95 %", "largest"]
-    for row in rows:
-        row |= {key: short(float(row[key])) for key in ("p95", "largest") if row[key] != "–"}
-    return table([*headers, "calibration", "doubts"], [[row[key] for key in keys] for row in rows])
+    """One row a fault and body, with the seeds side by side."""
+    cells = []
+    for fault, of_fault in grouped(rows, "fault"):
+        for body, own in grouped(of_fault, "object"):
+            largest = numbers(own, "completeness_max") / numbers(own, "tolerance_used")
+            figures = [every(own, "touches"), every(own, "ended")]
+            for key in ("predicted_coverage", "coverage", "deviation_calibration"):
+                figures.append(", ".join(f"{value:.3g}" for value in numbers(own, key)))
+            figures.insert(4, ", ".join(short(value) for value in largest))
+            named = [row["touches_to_fault"] or "–" for row in own]
+            doubts = dict.fromkeys(", ".join(row["doubts"] for row in own).split(", "))
+            words = ", ".join(name for name in doubts if name) or "none"
+            cells.append([fault or "none", body, *figures, ", ".join(named), words])
+    headers = ["fault", "body", "touches", "ended", "predicted", "true share", "largest"]
+    return table([*headers, "calibration", "named after", "doubts"], cells)
 
 
 def families(rows: list[Row]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from touchatlas.atlas.check.doubt import NOWHERE, Doubt
 from touchatlas.atlas.mesh.winding import winding_numbers
 
 _WANTED = "give box:X,Y,Z,X,Y,Z (two corners), ball:X,Y,Z,RADIUS, or the path of a closed mesh"
@@ -76,6 +77,21 @@ def region_of(text: str) -> Region:
     if not sound or (kind == "ball" and not numbers[3] > 0.0):
         raise ValueError(f"region is {text!r}; {_WANTED}")
     return Region(text, numbers)
+
+
+def region_doubts(text: str, points) -> list[Doubt]:
+    """One doubt where none of some samples (n, 3) is in the region that a text names.
+
+    >>> [doubt.name for doubt in region_doubts("ball:0,0,0,2", [[5.0, 0.0, 0.0]])]
+    ['empty region']
+    """
+    if not text or (region_of(text).distance(points) == 0.0).any():
+        return []
+    words = (
+        f"Nothing was met in the region {text}, of which nothing is known; see whether its place, "
+        "frame and unit are those of the object."
+    )
+    return [Doubt("empty region", words, NOWHERE)]
 
 
 def _of_file(text: str) -> Region:

@@ -20,12 +20,12 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 ARGUMENTS = {
     "low_steps.py": ["50"],
     "faces.py": ["wall:8"],
-    "faults.py": ["none", "--bodies", "sphere", "--out", "faults.csv"],
     "forecast.py": ["sphere", "--workers", "1"],
     "fuzz_files.py": ["3"],
     "gallery.py": ["gallery", "sphere"],
     "guard.py": ["--only", "sphere", "--seeds", "1", "--renew", "--kept", "guard.csv"],
     "measurements.py": ["--check"],
+    "probes.py": ["sphere", "--probes", "ideal", "contacts", "--workers", "1", "--most", "3"],
     "large_part.py": ["--columns", "1", "--rows", "1", "--touches", "16", "--most", "8"],
     "method_pictures.py": ["method"],
     "scan_and_touches.py": ["sphere"],
@@ -51,11 +51,11 @@ def run_example(name: str, *arguments) -> str:
 # Examples that take four seconds to half a minute even with small arguments.
 LONG = {
     "low_steps.py",
-    "faults.py",
     "gallery.py",
     "guard.py",
     "jug.py",
     "large_part.py",
+    "probes.py",
     "scan_and_touches.py",
     "sections.py",
     "study_on_workers.py",

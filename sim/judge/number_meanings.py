@@ -97,6 +97,7 @@ NUMBERS: dict[str, Meaning] = {
     ),
     "free_disc_place": Meaning("its centre", LENGTH),
     "feature": Meaning("smallest hole or horn that was asked for; 0 where none was", LENGTH),
+    "region": Meaning("where the surface was wanted; empty where everywhere"),
     "faults": Meaning(
         "what is wrong with the touches, how large, and its chance if nothing is",
         good="none",

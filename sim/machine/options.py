@@ -58,8 +58,9 @@ class ProbeOptions:
             if value is not None and not 0.0 < real(value) < np.inf:
                 raise ValueError(f"{name} is {value!r}; it must be a finite number, more than 0")
         whole = isinstance(self.points, int | np.integer) and not isinstance(self.points, bool)
-        if not (whole and 1 <= self.points <= 1000):
-            raise ValueError(f"points is {self.points!r}; it must be a whole number from 1 to 1000")
+        # A contour of fewer than five points shows no normal.
+        if not (whole and 2 <= self.points <= 1000):
+            raise ValueError(f"points is {self.points!r}; it must be a whole number from 2 to 1000")
         if not isinstance(self.normals, bool | np.bool_):
             raise ValueError(f"normals is {self.normals!r}; it must be true or false")
 

@@ -12,6 +12,7 @@ from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.free_disc import feature_doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import StopReason
+from touchatlas.planner.region import region_doubts
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.judge.evaluate import Evaluation, evaluate_surface
@@ -107,7 +108,8 @@ class Conclusion:
             share, places = known["predicted_coverage"], known["open_places"]
             stopped = ended_early(known["ended"], share)
         found = doubts(self.atlas, surface, places, stopped, known["unreachable_places"])
-        return [doubt.as_dict() for doubt in (*feature_doubts(known), *found)]
+        empty = region_doubts(known["region"], self.atlas.without_tip.pool.points)
+        return [doubt.as_dict() for doubt in (*empty, *feature_doubts(known), *found)]
 
     def _draw(
         self, folder: Path, surface: Surface | None, truth: Truth | None, open_places

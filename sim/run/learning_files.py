@@ -14,6 +14,7 @@ from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.free_disc import disc_numbers, feature_doubts
 from touchatlas.atlas.files import write_whole
 from touchatlas.planner import Planner
+from touchatlas.planner.region import region_doubts
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.judge.surface_picture import deviation_picture
@@ -94,8 +95,10 @@ def _numbers(planner: Planner, atlas: Atlas, surface: Surface | None, unit: str)
         "diagonal": atlas.pool.extent,
         **disc_numbers(planner.free_disc(atlas)),
         "feature": planner.options.feature,
+        "region": planner.options.region,
     }
-    found = *feature_doubts(numbers), *doubts(atlas, surface, places, words)
+    empty = region_doubts(numbers["region"], atlas.without_tip.pool.points) if ended else []
+    found = *empty, *feature_doubts(numbers), *doubts(atlas, surface, places, words)
     numbers["faults"] = [fault.as_dict() for fault in faults(atlas)]
     numbers["doubts"] = [doubt.as_dict() for doubt in found]
     return numbers | ({"ended": ended} if ended else {})

@@ -181,6 +181,7 @@ class Work:
             "unreachable_places": [] if stop is None else stop.unreachable.tolist(),
             **disc_numbers(self.planner.free_disc(self.atlas)),
             "feature": self.options.planner.feature,
+            "region": self.options.planner.region,
         }
 
     def _explore(self, hold: Hold) -> str:

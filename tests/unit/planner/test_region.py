@@ -6,7 +6,7 @@ import trimesh
 
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions, explore
-from touchatlas.planner.region import region_of
+from touchatlas.planner.region import region_doubts, region_of
 from touchatlas.sim import Probe, make_object
 
 
@@ -76,3 +76,11 @@ def test_a_looser_tolerance_elsewhere_still_finds_the_whole():
 def test_what_is_no_region_is_refused(options):
     with pytest.raises(ValueError, match="region"):
         PlannerOptions(**options)
+
+
+def test_a_region_in_which_nothing_was_met_is_doubted():
+    points = np.array([[5.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
+    (found,) = region_doubts("ball:0,0,0,2", points)
+    assert found.name == "empty region" and "ball:0,0,0,2" in found.words
+    assert region_doubts("ball:0,0,0,4", points) == [] == region_doubts("", points)
+    assert len(region_doubts("box:0,0,0,1,1,1", points[:0])) == 1
