@@ -114,7 +114,7 @@ def picture(path: Path, rows) -> None:
         for axis, key in zip(axes[:, column], ("p95", "calibration"), strict=True):
             axis.plot(seconds, [row[key] for row in run], label=label, **style)
     for (body, fraction), (upper, lower) in zip(cells, axes.T, strict=True):
-        upper.set(title=f"{body}, {fraction:g} of the diagonal", xscale="log", yscale="log")
+        upper.set(title=f"{body}, {fraction:g} of the diagonal", yscale="log")
         upper.axhline(1.0, color="0.6", lw=0.8)
         lower.axhline(0.95, color="0.6", lw=0.8)
         lower.set(xlabel="seconds of the machine", ylim=(0.0, 1.03))
