@@ -17,6 +17,8 @@ def out_of_order(points) -> bool:
     (False, True)
     """
     points = np.asarray(points, float)
+    if len(points) < 2:
+        return False
     offset = points - points.mean(axis=0)
     spread = float((offset * offset).sum())
     step = np.diff(points, axis=0)

@@ -12,7 +12,7 @@ from touchatlas.sim.command.numbers import Json, print_numbers
 from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.folder.plan_files import is_answer, read_answers
+from touchatlas.sim.folder.answer_files import is_answer, read_answers
 from touchatlas.sim.folder.program_files import is_log, touch_of_file
 from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.recorded.curves import ReadOptions

@@ -51,7 +51,7 @@ def read_lines(path: Path) -> Lines:
         In one sentence: the file is no text.
     """
     assumed: list[str] = []
-    text = _text(path, assumed).translate(_MINUS)
+    text = text_of(path, assumed)
     if _ECHOED.search(text):
         assumed.append("x:, y:, z: on lines that follow each other are one point")
         text = _ECHOED.sub(r"\1 \2 \3\n\n", text)
@@ -113,8 +113,9 @@ def _split(text: str) -> list[str]:
     return re.split(r"\r\n|\r|\n", text)
 
 
-def _text(path: Path, assumed: list[str]) -> str:
-    """The text of a file: Unicode, else Japanese where all special letters are, else Western."""
+def text_of(path: Path, assumed: list[str]) -> str:
+    """The text of a file, in one kind of minus: Unicode, else Japanese where all special letters
+    are, else Western. What was assumed is added to the list."""
     data = path.read_bytes()
     wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     for encoding in ["utf-16"] if wide else ["utf-8-sig", "cp932", "cp1252"]:
@@ -128,7 +129,7 @@ def _text(path: Path, assumed: list[str]) -> str:
             continue
         if encoding != "utf-8-sig":
             assumed.append(f"the text is not UTF-8; it was read as {encoding}")
-        return text
+        return text.translate(_MINUS)
     raise ValueError(f"{path} is no text; save it as CSV in UTF-8")
 
 

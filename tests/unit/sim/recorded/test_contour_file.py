@@ -76,6 +76,8 @@ REFUSED = {
     "no line holds a number": ["curve,x,y,z", "a,mm,mm,mm"],
     "line 2: y is 'one'": [HEADER, "a,1,one,3"],
     "has no points; c.csv was read so": [HEADER, "a,,2,3"],
+    "has no points; c.csv was read so: cells are separated by semicolons": ["x;y;z", ";;1", ";;2"],
+    "lines left out: 2 that hit calls failed": ["x,y,z,hit", "1,2,3,0", "1,2,4,0"],
     "line 2: nz is ''": [HEADER + ",nx,ny,nz", "a,1,2,3,1,0,"],
     "correct the quoting": [HEADER, 'a,"1"x,2,3'],
     "points that span": [HEADER, "a,1,2,3", "b,1,2,1e200"],
