@@ -8,7 +8,7 @@ from contextlib import closing
 
 import numpy as np
 
-from touchatlas.atlas import AtlasChange, Scan, Touch
+from touchatlas.atlas import AtlasChange, Scan, Touch, TouchStatus
 from touchatlas.atlas.files import write_whole
 from touchatlas.atlas.learn import check_touch
 from touchatlas.planner import ProbePlan
@@ -150,6 +150,8 @@ def _check_answers(run: LearningRun, touches: Sequence[Touch]) -> None:
     pending = sorted(run.pending)
     numbers = [touch.number for touch in touches]
     if numbers == pending[: len(numbers)]:
+        for touch in touches:
+            _check_distance(run.pending[touch.number], touch)
         return
     other = next((n for n in numbers if n not in pending), None)
     if other is not None:
@@ -163,3 +165,25 @@ def _check_answers(run: LearningRun, touches: Sequence[Touch]) -> None:
         f"plan {first} is not answered; give its touch as well, or say with the event "
         "unreachable that it was left out"
     )
+
+
+def _check_distance(plan: ProbePlan, touch: Touch) -> None:
+    """ValueError for a touch that lies twice as far from where it was planned as its plan leads, or
+    farther: the contact after the approach, half of the points after the approach and an arm."""
+    if touch.status is not TouchStatus.TOUCHED:
+        return
+    points = np.concatenate([contour.points for contour in touch.contours])
+    for what, places, most in (
+        ("contact", touch.contact[None], max(plan.approach, plan.usual_approach)),
+        # A few bad contacts are no mistake of the caller.
+        ("median point", points, plan.depth + plan.reach),
+    ):
+        off = places - plan.reference_point
+        away = float(np.median(np.sqrt((off * off).sum(axis=1))))
+        if away > 2.0 * most + touch.tip_radius:
+            raise ValueError(
+                f"the {what} of the answer to plan {plan.number} is {away:.4g} from its reference "
+                f"point, but the plan leads no farther than {most:.4g} from it; give lengths in "
+                "the unit and frame of plans.csv, or, where nothing was met so near, the event "
+                "no contact"
+            )

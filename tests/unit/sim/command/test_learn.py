@@ -93,6 +93,16 @@ def answers(run):
     return "\n".join(rows)
 
 
+def in_unit(rows, factor, start=0.0):
+    """Rows of answers with other lengths, but for z of the start."""
+    found = []
+    for row in rows:
+        plan, plane, x, y, z, event = row.split(",")
+        z = start + factor * (float(z) - start)
+        found.append(f"{plan},{plane},{factor * float(x)},{factor * float(y)},{z},{event}")
+    return found
+
+
 def test_a_replay_shows_what_was_known_at_each_touch_of_each_call(tmp_path):
     run = begun(tmp_path, "0.001")
     for number in range(3):
@@ -190,10 +200,31 @@ def test_an_answer_in_another_unit_is_refused_and_the_run_goes_on(tmp_path):
         ran("learn", run, "answer.csv", "--no-draw", cwd=tmp_path)
         ran("next", run, cwd=tmp_path)
     head, *rows = answers(run).split("\n")
-    cells = [row.split(",") for row in rows]
-    inches = [",".join([*c[:2], *(f"{float(x) / 25.4}" for x in c[2:5]), c[5]]) for c in cells]
-    (tmp_path / "inches.csv").write_text("\n".join([head, *inches]))
+    (tmp_path / "inches.csv").write_text("\n".join([head, *in_unit(rows, 1.0 / 25.4)]))
     words = "learn", run, "inches.csv", "--no-draw"
     assert touchatlas(*words, cwd=tmp_path).returncode == 2
     (tmp_path / "answer.csv").write_text(answers(run))
     ran("learn", run, "answer.csv", "--no-draw", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (lambda rows: in_unit(rows, 1e-3), "the contact of the answer to plan 0 is 14.98 from"),
+        (lambda rows: in_unit(rows, 25.4), "the contact of the answer to plan 0 is 366 from"),
+        (lambda rows: in_unit(rows, 1e3, 15.0), "the median point of the answer to plan 0 is 1"),
+    ],
+    ids=["metres", "inches", "frame of the start"],
+)
+def test_an_answer_far_from_where_its_plan_leads_leaves_the_plan_pending(tmp_path, change, said):
+    run = tmp_path / "run"
+    start = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.01", "--tolerance", "0.2"
+    assert touchatlas("next", run, *start, cwd=tmp_path).returncode == 0
+    head, *rows = answers(run).split("\n")
+    words = "learn", run, "answer.csv", "--no-draw"
+    (tmp_path / "answer.csv").write_text("\n".join([head, *change(rows)]))
+    done = touchatlas(*words, cwd=tmp_path)
+    assert_refused(done, 2, said)
+    assert "unit" in done.stderr and list(pending_plans(run)) == [0]
+    (tmp_path / "answer.csv").write_text("\n".join([head, *rows]))
+    assert touchatlas(*words, cwd=tmp_path).returncode == 0
