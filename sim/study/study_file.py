@@ -10,7 +10,7 @@ from typing import Any
 
 import trimesh
 
-from touchatlas.sim.folder.option_tables import flag_of, nested, options_of, updated
+from touchatlas.sim.folder.option_tables import flag_of, flattened, nested, options_of, updated
 from touchatlas.sim.folder.run_options import RunOptions
 from touchatlas.sim.study.cells import Cell
 from touchatlas.sim.study.workers import WorkOptions
@@ -145,10 +145,11 @@ def _known(path: Path, key: str, names: list[str], where: str = "") -> None:
 
 
 def _table(path: Path, table: dict, key: str) -> dict:
+    """A table by dotted names, however it is written: probe.name is that of a table probe, too."""
     found = table.get(key, {})
     if not isinstance(found, dict):
         raise ValueError(f"{path}: {key} is {found!r}; it must be {_KEYS[key]}")
-    return found
+    return flattened(found)
 
 
 def _option(path: Path, where: str, flag: str) -> str:

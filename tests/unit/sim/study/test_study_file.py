@@ -61,6 +61,19 @@ def test_every_object_has_every_value_with_every_other_and_every_seed(file):
     assert study.work.limits.seconds == 60.0
 
 
+def test_options_are_written_as_in_run_toml_too(file):
+    """Dotted names and tables, as TOML reads them, are the flags of the command line."""
+    text = TEXT.replace('planner = "random"', 'planner.name = "random"')
+    text = text.replace("planner = [", "planner.name = [")
+    probe = '[options.probe]\nname = "scanning"\nnormals = false\n'
+    file.write_text(text.replace("[vary]", f"{probe}[vary]"))
+    nested = read_study(file)
+    flat = 'probe = "scanning"\n"probe.normals" = false\n'
+    file.write_text(TEXT.replace("[vary]", f"{flat}[vary]"))
+    assert [cell.given for cell in nested.cells()] == [c.given for c in read_study(file).cells()]
+    assert nested.fixed["probe.name"] == "scanning"
+
+
 def test_a_mesh_of_other_bytes_is_another_cell(file):
     before = {cell.key(read_study) for cell in read_study(file).cells()}
     trimesh.creation.box((11.0, 20.0, 30.0)).export(file.parent / "box.stl")
