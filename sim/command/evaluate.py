@@ -8,13 +8,12 @@ import numpy as np
 from touchatlas.sim.command.numbers import All, Json, print_numbers, unit_hint
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
-from touchatlas.sim.folder.run_folder import read_finished
+from touchatlas.sim.folder.run_folder import is_learning, read_finished
 from touchatlas.sim.folder.run_options import check_tolerance
 from touchatlas.sim.judge.comparison import stored_numbers
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.judge.surface_file import load_surface
 from touchatlas.sim.run.conclusion import truth_of, unit_of
-from touchatlas.sim.run.learning_run import is_learning
 from touchatlas.sim.run.work import random_streams
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject

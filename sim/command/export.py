@@ -14,6 +14,7 @@ from rich.table import Table
 
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.folder.out_folder import check_out_file
+from touchatlas.sim.folder.run_folder import check_beside_runs
 
 if TYPE_CHECKING:
     from touchatlas.atlas import Atlas, Faces
@@ -147,3 +148,4 @@ def _check(run: Path, file: Path) -> None:
     if file.suffix.lower() not in (*_STEP, *_GRAPH, *_MESH):
         raise ValueError(f"{file} ends in {file.suffix!r}; {_ENDINGS}")
     check_out_file(file)
+    check_beside_runs(file)

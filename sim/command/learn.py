@@ -14,13 +14,14 @@ from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.answer_files import is_answer, read_answers
 from touchatlas.sim.folder.program_files import is_log, touch_of_file
+from touchatlas.sim.folder.run_folder import is_learning
 from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.recorded.scans import SideOptions, read_scans
 from touchatlas.sim.run.learning import begin_with_scans, learn_more, pending_plans
 from touchatlas.sim.run.learning_files import Learned
-from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions, is_learning, unit_and_noise
+from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions, unit_and_noise
 
 Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True, show_default=False)]
 Flag = Parameter(negative="", show_default=False)

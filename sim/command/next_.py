@@ -15,9 +15,10 @@ from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.out_folder import check_new_file
 from touchatlas.sim.folder.program_files import program_of
+from touchatlas.sim.folder.run_folder import check_beside_runs, is_empty, is_learning, is_run
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.run.learning import begin_with_start, plans_of
-from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions, is_learning
+from touchatlas.sim.run.learning_run import NO_OPTIONS, LearnOptions
 
 
 @with_options(LearnOptions(), NO_OPTIONS)
@@ -64,6 +65,7 @@ def next_(
         raise ValueError(f"--count is {count}; give a whole number, 1 or more")
     if program is not None:
         check_new_file(program, "--program", force)
+        check_beside_runs(program)
     if start is not None:
         _begin(run, start, outward, noise, options)
     elif options != LearnOptions() or noise is not None or outward is not None:
@@ -92,6 +94,7 @@ def next_(
 
 def _begin(run: Path, start: str, outward: str | None, noise: float | None, options) -> None:
     """Begin a run without data."""
+    _check_vacant(run)
     if outward is None or noise is None:
         raise ValueError("give --outward and --noise with --start")
     direction = parse_vector(outward, "--outward")
@@ -99,6 +102,20 @@ def _begin(run: Path, start: str, outward: str | None, noise: float | None, opti
     if not length > 0.0:
         raise ValueError("--outward has length 0; give a direction")
     begin_with_start(run, parse_vector(start, "--start"), direction / length, noise, options)
+
+
+def _check_vacant(run: Path) -> None:
+    """ValueError for a folder that a new run cannot have."""
+    if is_learning(run):
+        raise ValueError(
+            f"{run} has begun already, and keeps its start and options; touchatlas next {run} "
+            "without these goes on with it, or name another folder"
+        )
+    if run.exists() and not run.is_dir():
+        raise ValueError(f"{run} is a file; name a folder for the run")
+    if run.is_dir() and not is_empty(run):
+        found = "holds a run of touchatlas explore" if is_run(run) else "is not empty"
+        raise ValueError(f"{run} {found}; name another folder")
 
 
 def _print(plans, title: str) -> None:

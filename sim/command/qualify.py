@@ -21,6 +21,7 @@ from touchatlas.sim.command.numbers import Json
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.folder.out_folder import check_new_file
+from touchatlas.sim.folder.run_folder import check_beside_runs
 from touchatlas.sim.folder.run_options import check_number
 from touchatlas.sim.machine.options import ARM, MEASURING, SCANNING, TRIGGER
 from touchatlas.sim.recorded.contour_file import read_curves
@@ -110,6 +111,7 @@ def qualify(
         Replace it.
     """
     check_new_file(out, "--out", force)
+    check_beside_runs(out)
     if unit and unit not in UNITS:
         raise ValueError(f"--unit is {unit!r}; it must be mm, m, in, cm or um")
     if machine not in NOISE:

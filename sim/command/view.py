@@ -3,7 +3,7 @@
 import webbrowser
 from pathlib import Path
 
-from touchatlas.sim.folder.run_folder import check_explored, read_settings
+from touchatlas.sim.folder.run_folder import check_explored, going_on, read_settings
 
 
 def view(run: Path, /) -> int:
@@ -17,8 +17,8 @@ def view(run: Path, /) -> int:
     check_explored(run, read_settings(run))
     if not (run / "replay.html").is_file():
         raise ValueError(
-            f"{run} has no replay.html: it was stopped, or made by an earlier version; touchatlas "
-            f"resume {run} goes on, or explore again"
+            f"{run} has no replay.html: it was stopped, or made by an earlier version; "
+            f"{going_on(run)}, or begin again"
         )
     show_page(run)
     return 0

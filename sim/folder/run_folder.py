@@ -31,7 +31,8 @@ RUN_FILES = (
     "replay.html",
 )
 # What a run that learns from files has besides.
-LEARNING_FILES = "planner.json", "frames.sqlite", "surface.step", "plans.csv", "plans.json"
+PLANNER = "planner.json"
+LEARNING_FILES = PLANNER, "frames.sqlite", "surface.step", "plans.csv", "plans.json"
 _FILES = *RUN_FILES, *LEARNING_FILES
 # Where a run is made that is to replace another, and its name when it is whole. Names of files that
 # the whole one lacks are marked there, so that replacing can be done again after a crash.
@@ -148,7 +149,8 @@ def _check_new(path: Path, force: bool) -> None:
     held = is_run(path)
     if not force:
         check_free(path)
-        go_on = f", touchatlas resume {path} to go on with it" if held else ""
+        command = "next" if is_learning(path) else "resume"
+        go_on = f", touchatlas {command} {path} to go on with it" if held else ""
         raise held_refusal(path, "a run" if held else "", "a run", go_on)
     ours = Path.is_file if held else lambda _: False
     others = [n for n in _FILES if (path / n).exists() and not ours(path / n)]
@@ -180,6 +182,29 @@ def is_run(path: Path) -> bool:
     """Whether the folder has a run.toml that we wrote, and touches of its own."""
     settings = own_settings(path)
     return bool(settings) and REGIONS_OF not in settings
+
+
+def is_learning(path) -> bool:
+    """Whether a folder is a run that learns from files."""
+    return (Path(path) / PLANNER).is_file()
+
+
+def going_on(folder) -> str:
+    """How a run that was stopped is gone on with, in words."""
+    if is_learning(folder):
+        return f"touchatlas learn {folder} FILE teaches it more"
+    return f"touchatlas resume {folder} goes on with one that was stopped"
+
+
+def check_beside_runs(path) -> None:
+    """ValueError for a file that a run folder holds by that name: it would be lost."""
+    path = Path(path)
+    folder = path.resolve().parent
+    names = {*_FILES, *_LEFTOVERS, REPLACEMENT, _WHOLE, LOCK}
+    if path.name.lower() in names and (own_settings(folder) or (folder / "atlas.npz").is_file()):
+        raise ValueError(
+            f"{path} is a file of the run itself; give another name, or another folder"
+        )
 
 
 def own_settings(path: Path) -> dict:
@@ -267,10 +292,7 @@ def read_finished(folder) -> dict:
     settings = read_settings(folder)
     if not (Path(folder) / "surface.ply").is_file():
         check_explored(folder, settings)
-        raise ValueError(
-            f"{folder} holds a run without a surface.ply; touchatlas resume {folder} goes on with "
-            "one that was stopped"
-        )
+        raise ValueError(f"{folder} holds a run without a surface.ply; {going_on(folder)}")
     return settings
 
 

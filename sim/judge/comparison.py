@@ -10,7 +10,7 @@ from pathlib import Path
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.option_tables import flattened
 from touchatlas.sim.folder.out_folder import make_out_folder
-from touchatlas.sim.folder.run_folder import check_explored, read_settings
+from touchatlas.sim.folder.run_folder import check_explored, going_on, read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
 
@@ -185,10 +185,7 @@ def stored_numbers(folder: Path) -> dict:
     except (OSError, ValueError, RecursionError):
         numbers = None
     if not isinstance(numbers, dict):
-        raise ValueError(
-            f"{folder} has no evaluation.json that can be read; touchatlas resume {folder} "
-            "goes on with a run that was stopped"
-        )
+        raise ValueError(f"{folder} has no evaluation.json that can be read; {going_on(folder)}")
     return {name: value for name, value in numbers.items() if name in NUMBERS}
 
 

@@ -25,7 +25,9 @@ from touchatlas.planner import Planner, PlannerOptions, ProbePlan, load_planner,
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.option_tables import as_table, updated
 from touchatlas.sim.folder.run_folder import (
+    PLANNER,
     REGIONS_OF,
+    is_learning,
     old_run,
     read_settings,
     write_settings,
@@ -40,7 +42,7 @@ NO_OPTIONS = (
     *("object", "seed", "noise", "scale", "unit", "start", "outward"),
     *("versions", REGIONS_OF),
 )
-_PLANNER, _LEARNED = "planner.json", "learned"
+_LEARNED = "learned"
 
 
 @dataclass(frozen=True)
@@ -142,15 +144,10 @@ class LearningRun:
     def save(self) -> None:
         """Write atlas and planner, then how much of the journal they hold."""
         save_atlas(self.folder / "atlas.npz", self.atlas)
-        save_planner(self.folder / _PLANNER, self.planner, self.atlas)
+        save_planner(self.folder / PLANNER, self.planner, self.atlas)
         if self.journal.exists():
             with closing(Journal(self.journal)) as journal:
                 journal.keep_settings({_LEARNED: self.learned})
-
-
-def is_learning(path) -> bool:
-    """Whether a folder is a run that learns from files."""
-    return (Path(path) / _PLANNER).is_file()
 
 
 def unit_and_noise(path) -> tuple[str, float]:
@@ -172,7 +169,7 @@ def opened(path) -> Iterator[LearningRun]:
         table = {key: value for key, value in settings.items() if key not in NO_OPTIONS}
         updated(LearnOptions(), table, str(folder / "run.toml"))
         atlas = load_atlas(folder / "atlas.npz", finished=False)
-        run = LearningRun(folder, settings, atlas, load_planner(folder / _PLANNER, atlas))
+        run = LearningRun(folder, settings, atlas, load_planner(folder / PLANNER, atlas))
         _learn_rest(run)
         yield run
 

@@ -48,6 +48,16 @@ def test_export_writes_the_graph_of_faces(runs, name):
     assert all(words for _, words in graph.nodes(data="words"))
 
 
+@pytest.mark.parametrize("name", ["steps.csv", "evaluation.json", "plans.json", "surface.step"])
+def test_export_overwrites_no_file_of_the_run(runs, name):
+    (runs / "link").unlink(missing_ok=True)
+    (runs / "link").symlink_to("a")
+    for folder in ("a", "link"):
+        done = touchatlas("export", "a", f"{folder}/{name}", cwd=runs)
+        assert_refused(done, 2, f"{folder}/{name} is a file of the run itself; give another name")
+    assert not (runs / "a" / name).exists()
+
+
 def test_the_table_of_faces_is_csv(runs):
     ran("export", "a", "faces.csv", cwd=runs)
     with open(runs / "faces.csv", newline="") as file:

@@ -228,3 +228,32 @@ def test_an_answer_far_from_where_its_plan_leads_leaves_the_plan_pending(tmp_pat
     assert "unit" in done.stderr and list(pending_plans(run)) == [0]
     (tmp_path / "answer.csv").write_text("\n".join([head, *rows]))
     assert touchatlas(*words, cwd=tmp_path).returncode == 0
+
+
+def test_a_run_that_is_there_is_not_begun_again_and_says_how_to_go_on(tmp_path):
+    words = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.01", "--tolerance", "0.2"
+    assert touchatlas("next", "run", *words, cwd=tmp_path).returncode == 0
+    for more in ((), ("--force",)):
+        done = touchatlas("next", "run", *words, *more, cwd=tmp_path)
+        assert_refused(done, 2, "touchatlas next run without these goes on with it")
+        assert "--out" not in done.stderr and "--force" not in done.stderr
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine.txt").touch()
+    for name, said in (
+        ("other", "is not empty; name another folder"),
+        ("other/mine.txt", "a file"),
+    ):
+        assert_refused(touchatlas("next", name, *words, cwd=tmp_path), 2, said)
+    done = touchatlas("explore", "sphere", "--out", "run", cwd=tmp_path)
+    assert_refused(done, 2, "touchatlas next run to go on with it")
+    done = touchatlas("view", "run", cwd=tmp_path)
+    assert_refused(done, 2, "touchatlas learn run FILE")
+
+
+def test_a_program_does_not_replace_a_file_of_the_run(tmp_path):
+    words = "--start", "0,0,15", "--outward", "0,0,1", "--noise", "0.01", "--tolerance", "0.2"
+    assert touchatlas("next", "run", *words, cwd=tmp_path).returncode == 0
+    before = (tmp_path / "run/plans.csv").read_bytes()
+    done = touchatlas("next", "run", "--program", "run/plans.csv", "--force", cwd=tmp_path)
+    assert_refused(done, 2, "run/plans.csv is a file of the run itself")
+    assert (tmp_path / "run/plans.csv").read_bytes() == before
