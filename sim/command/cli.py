@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from cyclopts import App
 
-from touchatlas.sim.command.outcome import exit_code
+from touchatlas.sim.command.outcome import exit_code, named_by_flags
 from touchatlas.sim.judge.number_meanings import NUMBERS, Meaning
 from touchatlas.sim.recorded.fit_meanings import DIAGNOSIS_NUMBERS, FIT_NUMBERS
 
@@ -82,6 +82,8 @@ def run(imported: Callable[[], object] = lambda: None) -> int:
         # Help is printed, and its command does nothing.
         called, bound, _ = app.parse_args(exit_on_error=False, print_error=False)
         imported()
-        return called(*bound.args, **bound.kwargs)
+        flags = {n for n, p in bound.signature.parameters.items() if p.kind is p.KEYWORD_ONLY}
+        with named_by_flags(flags & bound.arguments.keys()):
+            return called(*bound.args, **bound.kwargs)
 
     return exit_code(command)

@@ -3,8 +3,8 @@
 import errno
 import os
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 
 from cyclopts import CycloptsError, UnknownCommandError, UnknownOptionError, UnusedCliTokensError
@@ -40,7 +40,8 @@ def exit_code(command: Callable[[], int | None]) -> int:
             f"{_misused(error, command_line)}; see {command_line} --help", ExitCode.USER
         )
     except ValueError as error:
-        code = complain(str(error), ExitCode.USER)
+        words = "; ".join([str(error), *getattr(error, "__notes__", [])])
+        code = complain(words, ExitCode.USER)
     except BrokenPipeError:
         # The reader has closed the pipe: the rest of the buffer must go nowhere, or Python would
         # raise again at exit.
@@ -56,6 +57,19 @@ def exit_code(command: Callable[[], int | None]) -> int:
     except Exception as error:
         code = complain(f"internal error, please report it: {error!r}", ExitCode.FAILURE)
     return code
+
+
+@contextmanager
+def named_by_flags(given: Collection[str]) -> Iterator[None]:
+    """Let an error that begins with the name of an argument, as "max-length is -1", begin with its
+    flag; ``given`` are the names of those that are flags and were given."""
+    try:
+        yield
+    except ValueError as error:
+        name, verb, rest = str(error).partition(" is ")
+        if type(error) is ValueError and verb and name.replace("-", "_") in given:
+            error.args = (f"--{name.replace('_', '-')} is {rest}",)
+        raise
 
 
 def say(sentence: str) -> None:

@@ -123,6 +123,11 @@ def learn_by_regions(
         parts = [_part(folder, row) for row in rows]
         others = {path.name for path in folder.glob("region-*.npz")} - {row["file"] for row in rows}
         remove_files(folder, others)
+    if not any(len(part.atlas.pool) for part in parts):
+        raise ValueError(
+            f"no region of {journal} has a sample, as {folder / 'regions.csv'} lists; give a "
+            "larger --tolerance, or first go on with the run to more touches"
+        )
     if refused := sum(int(row["refused"]) for row in rows):
         say(f"{count_of(refused, 'touch')} taught nothing; see {folder / 'regions.csv'}")
     return joined(parts)

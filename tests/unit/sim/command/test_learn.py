@@ -167,6 +167,10 @@ def test_a_half_of_a_body_asks_which_side_is_outside(tmp_path):
         (("next", "nothing"), "no run that learns"),
         (("next", "nothing", "--count", "0"), "count is 0"),
         (("next", "nothing", "--start", "0,0,1"), "--outward"),
+        (
+            ("next", "r", "--start=0,0,1", "--outward=0,0,1", "--noise=-0.02", "--tolerance=1"),
+            "touchatlas: --noise is -0.02",
+        ),
     ],
 )
 def test_mistakes_are_said_in_one_sentence(words, said, tmp_path):

@@ -5,7 +5,7 @@ import errno
 import pytest
 from cyclopts import CycloptsError
 
-from touchatlas.sim.command.outcome import exit_code
+from touchatlas.sim.command.outcome import exit_code, named_by_flags
 from touchatlas.sim.run.interrupt import Terminated
 
 
@@ -42,3 +42,25 @@ def test_every_end_has_its_code_and_one_sentence(capsys, error, code, words):
 @pytest.mark.parametrize("code", [None, 0, 1, 130])
 def test_a_commands_own_code_is_kept(code):
     assert exit_code(lambda: code) == (code or 0)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("max-length is -1; give more", "--max-length is -1; give more"),
+        ("tip_radius is -1", "--tip-radius is -1"),
+        ("noise is -1", "noise is -1"),
+        ("part.stl is empty", "part.stl is empty"),
+    ],
+)
+def test_an_error_begins_with_the_flag_of_what_was_given(words, said):
+    with pytest.raises(ValueError) as refusal, named_by_flags({"max_length", "tip_radius"}):
+        raise ValueError(words)
+    assert str(refusal.value) == said
+
+
+def test_what_is_noted_to_a_mistake_is_said(capsys):
+    error = ValueError("nothing tells the side")
+    error.add_note("--outside says it")
+    assert exit_code(raising(error)) == 2
+    assert capsys.readouterr().err == "touchatlas: nothing tells the side; --outside says it\n"

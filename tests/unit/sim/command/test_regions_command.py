@@ -2,12 +2,17 @@
 
 import json
 import shutil
+from contextlib import closing
 
+import numpy as np
 import pytest
 import trimesh
 
 from tests.command import assert_refused, ran, touchatlas
-from touchatlas.atlas import load_atlas
+from touchatlas.atlas import Touch, TouchStatus, load_atlas
+from touchatlas.patch import SamplingPlane
+from touchatlas.planner import ProbePlan, Reason
+from touchatlas.sim import Journal
 from touchatlas.sim.study.cells import LIMITED, Answer
 from touchatlas.sim.study.workers import Here
 
@@ -36,13 +41,36 @@ def test_regions_of_a_run_become_one_atlas_as_sure_as_its_own(run):
     assert json.loads(judged.stdout)["met"] and json.loads(judged.stdout)["unit"] == "mm"
 
 
+def test_a_run_that_met_nothing_has_no_regions_and_says_where_they_are_listed(run):
+    (run / "unmet").mkdir()
+    shutil.copy(run / "a/run.toml", run / "unmet")
+    up, at = np.array([0.0, 0.0, 1.0]), np.zeros(3)
+    plan = ProbePlan(0, at, up, (SamplingPlane(at, [1.0, 0.0, 0.0]),), 2.0, 1.0, 1.0, Reason.START)
+    with closing(Journal(run / "unmet/journal.sqlite")) as journal:
+        journal.append(plan, Touch(0, at, up, (), TouchStatus.NO_CONTACT, 0.0, 0.0))
+    done = touchatlas("regions", "unmet", "--workers", "0", cwd=run)
+    assert_refused(done, 2, "unmet/regions/regions.csv lists; give a larger --tolerance")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--tolerance", "-1"), "touchatlas: --tolerance is -1.0; it must be"),
+        (("--max-length", "1"), "touchatlas: --max-length is 1, but a holds"),
+        (("--max-touches", "1"), "touchatlas: --max-touches is 1, but a holds"),
+    ],
+)
+def test_resume_names_the_flags_of_what_it_refuses(run, arguments, words):
+    assert_refused(touchatlas("resume", "a", *arguments, cwd=run), 2, words)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("none",), "none is not the folder of a run"),
         (("a", "--most", "0"), "most is 0; a region has one touch or more"),
         (("a", "--overlap", "-1"), "overlap is -1.0; it must be a length >= 0"),
-        (("a", "--tolerance", "nan"), "tolerance is nan"),
+        (("a", "--tolerance", "nan"), "touchatlas: --tolerance is nan"),
         (("a", "--out", "a"), "a is the run itself, whose atlas would be lost; give another --out"),
     ],
 )
