@@ -1,5 +1,6 @@
 """touchatlas: the command line. Each command is imported when it is called."""
 
+import sys
 from collections.abc import Callable
 
 from cyclopts import App
@@ -80,10 +81,9 @@ def run(imported: Callable[[], object] = lambda: None) -> int:
 
     def command() -> int | None:
         # Help is printed, and its command does nothing.
-        called, bound, _ = app.parse_args(exit_on_error=False, print_error=False)
-        imported()
-        flags = {n for n, p in bound.signature.parameters.items() if p.kind is p.KEYWORD_ONLY}
-        with named_by_flags(flags & bound.arguments.keys()):
+        with named_by_flags(sys.argv[1:]):
+            called, bound, _ = app.parse_args(exit_on_error=False, print_error=False)
+            imported()
             return called(*bound.args, **bound.kwargs)
 
     return exit_code(command)

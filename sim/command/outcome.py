@@ -3,7 +3,7 @@
 import errno
 import os
 import sys
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 
@@ -60,15 +60,16 @@ def exit_code(command: Callable[[], int | None]) -> int:
 
 
 @contextmanager
-def named_by_flags(given: Collection[str]) -> Iterator[None]:
+def named_by_flags(line: Iterable[str]) -> Iterator[None]:
     """Let an error that begins with the name of an argument, as "max-length is -1", begin with its
-    flag; ``given`` are the names of those that are flags and were given."""
+    flag, where this is among the words of the command line."""
     try:
         yield
     except ValueError as error:
         name, verb, rest = str(error).partition(" is ")
-        if type(error) is ValueError and verb and name.replace("-", "_") in given:
-            error.args = (f"--{name.replace('_', '-')} is {rest}",)
+        flag = f"--{name.replace('_', '-')}"
+        if type(error) is ValueError and verb and flag in {word.partition("=")[0] for word in line}:
+            error.args = (f"{flag} is {rest}",)
         raise
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from touchatlas.patch.words import count_of
 from touchatlas.sim.command.numbers import print_numbers
-from touchatlas.sim.command.outcome import ExitCode, complain
-from touchatlas.sim.folder.run_folder import is_run
+from touchatlas.sim.command.outcome import ExitCode, complain, say
+from touchatlas.sim.folder.run_folder import is_run, read_settings
+from touchatlas.sim.machine.fault_words import never_began
 from touchatlas.sim.run.work import Result
 
 _UNSURE = (
@@ -40,6 +41,9 @@ def end_of(result: Result, obj, as_json: bool, every: bool = False) -> int:
     if result.signal is not None:
         kept = f"stopped after {count_of(numbers['touches'], 'touch')}; all is kept"
         return complain(f"{kept}, touchatlas resume {folder} goes on", 128 + result.signal)
+    held = count_of(numbers["touches"], "touch")
+    if late := never_began(read_settings(folder).get("fault", ""), numbers["touches"]):
+        say(f"--fault {late} never began: the run has {held}, numbered from 0")
     if result.surface is None:
         return complain(no_surface(result), ExitCode.FAILURE)
     return 0 if len(result.surface.faces) else complain(_UNSURE, ExitCode.FAILURE)

@@ -38,11 +38,11 @@ class RunOptions:
     fault : str
         What is wrong with the probe, to see what the atlas makes of it, as noise=3,moved=5:touch5,
         each once.
-        noise=N: N times the stated noise. tip=L: all points lie that far outside. plane=A: planes
-        are turned by A degrees. displaced=T: each curve is displaced by T tolerances. drift=T: by T
-        tolerances a touch. moved=T:touchK: the object moves by T tolerances before touch K.
-        outliers=P: that share of the points is off by up to 100 deviations. lost=P: that share of
-        the arms ends too early, as if contact were lost.
+        noise=N: N times the stated noise. tip=L: all points lie that far outside, in the unit of
+        the object. plane=A: planes are turned by A degrees. displaced=T: each curve is displaced by
+        T tolerances. drift=T: by T tolerances a touch. moved=T:touchK: the object moves by T
+        tolerances before touch K. outliers=P: that share of the points is off by up to 100
+        deviations. lost=P: that share of the arms ends too early, as if contact were lost.
     probe : ProbeOptions
     planner : PlannerOptions
     atlas : AtlasOptions

@@ -9,8 +9,8 @@ NOISE, TIP, PLANE, DISPLACED, DRIFT, MOVED, OUTLIERS, LOST = (
     *("noise", "tip", "plane", "displaced", "drift", "moved", "outliers", "lost"),
 )
 NAMES = (NOISE, TIP, PLANE, DISPLACED, DRIFT, MOVED, OUTLIERS, LOST)
-# Shares; and degrees, because contours that are turned more are in no plane.
-_MOST = {OUTLIERS: 1.0, LOST: 1.0, PLANE: 30.0}
+# Shares; degrees, because contours that are turned more are in no plane; and times the noise.
+_MOST = {OUTLIERS: 1.0, LOST: 1.0, PLANE: 30.0, NOISE: 1000.0}
 _WORD = re.compile(r"(\w+)=([0-9.eE+-]+)(?::touch(\d+))?")
 
 
@@ -44,6 +44,27 @@ def faults_of(words: str) -> tuple[Fault, ...]:
         if names.count(name) > 1:
             raise ValueError(f"fault is {words!r}; it names {name} twice: give each fault once")
     return found
+
+
+def check_lengths(words: str, tolerance: float, diagonal: float) -> None:
+    """ValueError for a fault by more than the diagonal, length, of the object."""
+    for fault in faults_of(words):
+        unit = {TIP: 1.0, **dict.fromkeys((DISPLACED, DRIFT, MOVED), tolerance)}.get(fault.name)
+        if unit and fault.size * unit > diagonal:
+            raise ValueError(
+                f"fault is {words!r}; {fault.name} is {diagonal / unit:.4g} at most, the diagonal "
+                f"of the object{'' if fault.name == TIP else ' in tolerances'}"
+            )
+
+
+def never_began(words: str, touches: int) -> str:
+    """Faults that begin after a number of touches, in words; "" where there is none.
+
+    >>> never_began("noise=3:touch9,tip=1", 4)
+    'noise=3:touch9'
+    """
+    late = [fault for fault in faults_of(words) if fault.begins >= max(touches, 1)]
+    return ", ".join(f"{fault.name}={fault.size:g}:touch{fault.begins}" for fault in late)
 
 
 def _fault_of(word: str) -> Fault:

@@ -53,17 +53,28 @@ class FaultyProbe:
             times = 1 if fault.name == words.MOVED else plan.number - fault.begins + 1
             return self._moved(plan, times * self._shift)
         touch = self._probe(plan)
-        if touch.status is not TouchStatus.TOUCHED:
-            return touch
-        if fault.name == words.TIP:
-            return self._outside(touch)
+        return self._spoilt(touch) if touch.status is TouchStatus.TOUCHED else touch
+
+    def _spoilt(self, touch: Touch) -> Touch:
+        """A touch whose contours are other ones; ValueError where these are none of a touch."""
+        fault = self._fault
         spoil = {
             words.NOISE: self._noisier,
             words.DISPLACED: self._displaced,
             words.OUTLIERS: self._with_outliers,
             words.LOST: self._lost,
-        }[fault.name]
-        return replace(touch, contours=tuple(spoil(contour, touch) for contour in touch.contours))
+        }
+        try:
+            if fault.name == words.TIP:
+                return self._outside(touch)
+            contours = tuple(spoil[fault.name](contour, touch) for contour in touch.contours)
+            return replace(touch, contours=contours)
+        except ValueError as error:
+            wrong = str(error).partition(";")[0]
+            raise ValueError(
+                f"fault is {fault.name}={fault.size:g}, too much for touch {touch.number} "
+                f"({wrong}); give a smaller size"
+            ) from None
 
     def state(self) -> str:
         """That of the probe within, and the random numbers of the fault."""

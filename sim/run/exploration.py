@@ -24,6 +24,7 @@ from touchatlas.sim.folder.run_options import (
     check_end,
     check_scale,
 )
+from touchatlas.sim.machine.fault_words import check_lengths
 from touchatlas.sim.machine.options import ARM, cost_of
 from touchatlas.sim.run.learning_run import RECORDED
 from touchatlas.sim.run.phases import Phases
@@ -176,6 +177,7 @@ def completed(options: RunOptions, obj) -> RunOptions:
     noise = float(usual if options.noise is None else options.noise)
     tolerance = float(obj.tolerance if options.tolerance is None else options.tolerance)
     check_scale(noise, tolerance, obj.diagonal)
+    check_lengths(options.fault, tolerance, obj.diagonal)
     check_end(options, noise, tolerance, obj.diagonal)
     check_effort(options.planner)
     unit = _unit(options, obj)

@@ -54,7 +54,10 @@ def test_a_commands_own_code_is_kept(code):
     ],
 )
 def test_an_error_begins_with_the_flag_of_what_was_given(words, said):
-    with pytest.raises(ValueError) as refusal, named_by_flags({"max_length", "tip_radius"}):
+    with (
+        pytest.raises(ValueError) as refusal,
+        named_by_flags(["noise", "--max-length=-1", "--tip-radius"]),
+    ):
         raise ValueError(words)
     assert str(refusal.value) == said
 

@@ -13,6 +13,7 @@ from touchatlas.sim import Probe, RunOptions, make_object
 from touchatlas.sim.machine.fault_words import faults_of
 from touchatlas.sim.machine.faults import with_faults
 from touchatlas.sim.machine.feet import Feet
+from touchatlas.sim.run.exploration import completed
 
 BALL, NOISE, TOLERANCE = make_object("sphere"), 0.02, 0.5
 TOP = np.array([0.0, 0.0, 33.0])
@@ -142,6 +143,7 @@ def test_words_that_name_no_fault_are_refused():
     for words, said in (
         ("outliers=2", "outliers is 1 at most"),
         ("plane=1000", "plane is 30 at most"),
+        ("noise=1e6", "noise is 1000 at most"),
         ("noise=3,tip=1,noise=2", "names noise twice"),
         ("noise=3,", "there are commas between several"),
         ("moved=5", "give the touch before which the object moves"),
@@ -153,3 +155,27 @@ def test_words_that_name_no_fault_are_refused():
 
 def test_planes_may_be_turned_as_far_as_contours_allow():
     assert probe("plane=30")(plan()).status is TouchStatus.TOUCHED
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("tip=1000", "fault is 'tip=1000'; tip is 114.3 at most, the diagonal of the object"),
+        ("displaced=300", "displaced is 228.6 at most, the diagonal of the object in tolerances"),
+        ("drift=300", "drift is 228.6 at most"),
+        ("moved=300:touch1", "moved is 228.6 at most"),
+    ],
+)
+def test_faults_are_as_large_as_the_object_at_most(words, said):
+    """The ball of radius 33 has a diagonal of 114.3, and the tolerance is 0.5."""
+    assert BALL.diagonal == pytest.approx(2.0 * 33.0 * 3.0**0.5, rel=1e-3)
+    with pytest.raises(ValueError, match=said):
+        completed(RunOptions(fault=words, tolerance=TOLERANCE), BALL)
+    half = words.replace("000", "").replace("300", "150")
+    completed(RunOptions(fault=half, tolerance=TOLERANCE), BALL)
+
+
+@pytest.mark.parametrize("words", ["noise=1000", "tip=100"])
+def test_a_fault_that_leaves_no_contours_is_named(words):
+    with pytest.raises(ValueError, match=rf"fault is {words}, too much for touch 0 \(.*smaller"):
+        probe(words, noise=0.1)(plan())

@@ -87,3 +87,13 @@ def test_an_option_that_a_probe_has_is_taken():
         check_used(ProbeOptions(name=name, radius=1.0, feed=2.0))
     check_used(ProbeOptions(name="ideal", machine="measuring"))
     check_used(ProbeOptions(name="trigger", points=3))
+
+
+def test_a_fault_that_never_began_is_said(tmp_path):
+    words = "explore", "sphere", "--tolerance", 2, "--max-touches", 1, "--out", "r"
+    for fault, said in (("noise=3:touch9", True), ("noise=3:touch0", False)):
+        done = touchatlas(*words, "--fault", fault, "--force", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert (f"--fault {fault} never began: the run has 1 touch," in done.stderr) is said
+    done = touchatlas("resume", "r", "--max-touches", 2, cwd=tmp_path)
+    assert done.returncode == 0 and "never began" not in done.stderr
