@@ -206,7 +206,8 @@ def _legend(figure) -> None:
 
 
 def by_object(study: StudyFile, rows: list[Row]):
-    """Median touches of each object and setting; grey where no run met the tolerance."""
+    """Median touches of each object and setting; grey, and without a bar of colours, where no run
+    met the tolerance."""
     objects = [name for (name,) in grouped(rows, "object")][:_MOST_OBJECTS]
     settings, cells = list(grouped(rows, *study.varied)), grouped(rows, "object", *study.varied)
     values = np.full((len(objects), len(settings)), np.nan)
@@ -219,7 +220,8 @@ def by_object(study: StudyFile, rows: list[Row]):
     shown = {"cmap": "cividis", "aspect": "auto"}
     image = axes.imshow(np.ma.masked_invalid(values), **shown)
     axes.set_facecolor("#dddddd")
-    bright = np.nanmean(values) if np.isfinite(values).any() else 0.0
+    met = bool(np.isfinite(values).any())
+    bright = np.nanmean(values) if met else 0.0
     for (line, column), value in np.ndenumerate(values):
         words = "not met" if np.isnan(value) else f"{value:.3g}"
         colour = "black" if np.isnan(value) or value > bright else "white"
@@ -227,7 +229,8 @@ def by_object(study: StudyFile, rows: list[Row]):
     axes.set_yticks(range(len(objects)), objects)
     names = [", ".join(key) or "all" for key in settings]
     axes.set_xticks(range(len(settings)), names, rotation=35, ha="right")
-    figure.colorbar(image, ax=axes, label="median touches")
+    if met:
+        figure.colorbar(image, ax=axes, label="median touches")
     return figure
 
 

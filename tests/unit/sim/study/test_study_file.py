@@ -15,7 +15,7 @@ from touchatlas.sim.study.compare import comparisons, median_interval, share_int
 from touchatlas.sim.study.course import FIGURES, TIMED
 from touchatlas.sim.study.study import run
 from touchatlas.sim.study.study_file import read_study
-from touchatlas.sim.study.study_report import write_report
+from touchatlas.sim.study.study_report import pictures, write_report
 from touchatlas.sim.study.sweep import runs_of, sweep
 from touchatlas.sim.study.workers import Here, WorkOptions
 
@@ -244,6 +244,15 @@ def test_a_report_says_what_failed_and_is_of_one_file(tmp_path, file):
     assert "it exceeded its time" in page and "95 % error / tolerance" in page
     assert not re.findall(r'(?:src|href)="(?!data:)', page) and page.count("<img") == 3
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_picture_of_medians_has_a_bar_of_colours_where_a_run_met_alone(file):
+    study = read_study(file)
+    study.varied.pop("tolerance")
+    for rows, count in ((many(0.5), 2), ([one | {"met": "0"} for one in many(0.5)], 1)):
+        figure = pictures(study, rows)["objects"]
+        assert len(figure.axes) == count
+    assert {text.get_text() for text in figure.axes[0].texts} == {"not met"}
 
 
 def test_limits_of_the_command_count_more_than_those_of_the_file(file):
