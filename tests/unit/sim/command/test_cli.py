@@ -165,7 +165,6 @@ def test_existing_run_is_refused_unless_forced(whole_run):
         ),
         (["chart", "--cell-seconds", "-1"], "--cell-seconds is -1.0; it must be a number"),
         (["fit", "nan.csv"], "nan.csv was read so"),
-        (["fit", "columns.csv"], "no column x, y, z among a, b"),
         (["evaluate", "tetra.off", "--truth", "sphere", "--tolerance", "-1"], "--tolerance is -1"),
         (["evaluate", "."], "not the folder of a run"),
         (["resume", "r", "--noise", "1"], "RUN/run.toml --noise VALUE --out ANOTHER"),
