@@ -8,8 +8,8 @@ import numpy as np
 from scipy.special import bdtrc, pdtrc
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
-from touchatlas.atlas.samples.crossings import most_probable_move
 from touchatlas.atlas.samples.evidence import ProbeEvidence
+from touchatlas.atlas.samples.object_move import most_probable_move
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.fit.bad_contacts import OUTLIER
 from touchatlas.patch.geometry.arrays import box_diagonal

@@ -219,19 +219,19 @@ class FaceTrees:
         """The surface of faces, from their samples and those without a label that lie on it."""
         faces = self.faces
         own = np.concatenate([faces.faces[k].samples for k in group])
-        points, normals = faces.points[own], faces.normals[own]
-        stds = faces.stds[own]
-        found = fit_free_form(points, normals, faces.std, self.radius, self._before, stds=stds)
+        points, normals, stds = faces.points[own], faces.normals[own], faces.stds[own]
+        how = faces.std, self.radius, self._before, faces.levels
+        found = fit_free_form(points, normals, *how, stds)
         if len(faces) == 1:
             return replace(found, pairs=faces.turns) if faces.is_sharp else found
         left = np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)
-        left = left[are_on(found, faces.points[left], faces.std)]
+        left = left[are_on(found, faces.points[left], faces.std, faces.levels)]
         if not len(left):
             return found
         loose, every = faces.points[left], np.concatenate([stds, faces.stds[left]])
         normals = np.concatenate([normals, found.values(loose)[:, 1:4]])
         points = np.concatenate([points, loose])
-        return fit_free_form(points, normals, faces.std, self.radius, stds=every)
+        return fit_free_form(points, normals, faces.std, self.radius, None, faces.levels, every)
 
 
 class FacesAt:

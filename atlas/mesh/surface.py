@@ -271,7 +271,8 @@ def with_fewer_patches(known: KnownBody, tolerance: float) -> KnownBody:
     normals = np.concatenate([drawn.normals, at.normal])
     deviations = np.concatenate([drawn.deviation, at.deviation])
     count = len(drawn.vertices)
-    fewer = fewer_sextics(surface, points, normals, deviations, ends, count, edge, tolerance)
+    given = points, normals, deviations, ends, count, edge, tolerance, body.samples.levels
+    fewer = fewer_sextics(surface, *given)
     if fewer is surface:
         return known
     return replace(known, is_few=True, body=body.with_surface(fewer))

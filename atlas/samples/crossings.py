@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.special import chdtrc, chdtri
+from scipy.special import chdtri
 
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import SamplePool
@@ -73,34 +73,6 @@ WIDTH = 10
 NO_CROSSINGS = Crossings.of_table(np.zeros((0, WIDTH)))
 
 
-@dataclass(frozen=True)
-class Move:
-    """The most probable move of the object.
-
-    Parameters
-    ----------
-    after : int or None
-        Number of the last touch before it; None where it moves with every touch.
-    shift : (3,) float, length, world
-        As far as crossings show it; from one touch to the next where it moves with every touch.
-    explained : float
-        The sum of squares of the gaps, over their variances, that it explains.
-    freedom : float
-        How many directions it is known in: the sum that is expected of an object that lies still.
-    chance : float
-        Of such a sum where nothing moved.
-    places : (k, 3) float, length, world
-        Of the crossings that tell it.
-    """
-
-    after: int | None
-    shift: np.ndarray
-    explained: float
-    freedom: float
-    chance: float
-    places: np.ndarray
-
-
 def crossings_of(pool: SamplePool, first: int, levels: Levels = Levels()) -> Crossings:
     """Where the contours of the samples from number ``first`` on, of one touch, cross others.
 
@@ -118,87 +90,17 @@ def crossings_of(pool: SamplePool, first: int, levels: Levels = Levels()) -> Cro
     along = np.abs((a * b).sum(axis=1)) > _ALONG * np.sqrt(_square(a) * _square(b))
     for _ in range(_STEPS):
         u, v = _nearer(upper, lower, u, v, along)
-    gap = upper.at(u) - lower.at(v)
-    upward = cross(upper.slope(u), lower.slope(v))
-    upward *= np.sign((upward * pool.normals[one]).sum(axis=1) + 0.0)[:, None]
-    upward[along] = pool.normals[one][along]
-    upward /= np.maximum(np.sqrt(_square(upward)), np.finfo(float).tiny)[:, None]
+    gap, outward = upper.at(u) - lower.at(v), pool.normals[one]
+    upward = _normals(upper.slope(u), lower.slope(v), outward, along)
     height = (gap * upward).sum(axis=1)
     variance = upper.variance(u) + lower.variance(v)
     beside = np.maximum(_square(gap) - height**2, 0.0)
     good = upper.follows(upward, levels.alpha) & lower.follows(upward, levels.alpha)
     good &= (np.abs(u) < _NEAREST) & (np.abs(v) < _NEAREST)
     good &= (beside < levels.sure**2 * variance) & (variance > 0.0)
-    good &= (upward * pool.normals[one]).sum(axis=1) > levels.facing
+    good &= (upward * outward).sum(axis=1) > levels.facing
     rows = pool.touches[other], pool.touches[one], upper.at(u), upward, height, variance
     return Crossings.of_table(np.column_stack(rows)[good])
-
-
-def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
-    """The move that is least by chance, of the object between two touches or with every touch; None
-    where no crossing tells of one.
-
-    Gaps d with normals n are x n . t with one shift t: x is 1 of touches before and after a move,
-    and 0 of others, or the number of touches from the one to the other of a drift. The chance is
-    that of chi-square, times the number of moves that were looked for. Where the surface has detail
-    finer than samples, gaps are larger than noise explains: variances are scaled by what no shift
-    explains. A gap counts no more than one that is ``sure`` does, so that a few false ones tell no
-    move.
-
-    Parameters
-    ----------
-    crossings : Crossings
-    order : list of float
-        Numbers of all touches, in the order in which they were made.
-    sure : float
-        Deviations beyond which a gap is surely more than noise.
-
-    Examples
-    --------
-    Twelve crossings of touches 0 and 1 in three directions, which lie 1 apart along the first:
-
-    >>> normals = np.tile(np.eye(3), (4, 1))
-    >>> numbers, variances = np.zeros(12), np.full(12, 0.01)
-    >>> found = Crossings(numbers, numbers + 1.0, normals, normals, normals[:, 0], variances)
-    >>> move = most_probable_move(found, [0.0, 1.0], 4.0)
-    >>> move.after, move.shift
-    (0, array([1., 0., 0.]))
-    """
-    place = {number: k for k, number in enumerate(order)}
-    before, after = (
-        np.array([place.get(number, -1) for number in numbers.tolist()], int)
-        for numbers in (crossings.earlier, crossings.later)
-    )
-    told = (before >= 0) & (before < after)
-    if not told.any():
-        return None
-    deviation, between = np.sqrt(crossings.variances), np.arange(len(order) - 1)[:, None]
-    across = (before <= between) & (after > between)
-    moved = np.vstack([across, np.maximum(after - before, 0)]) * told
-    normals = crossings.normals / deviation[:, None]
-    gaps = crossings.gaps / deviation
-    bounded = np.clip(gaps, -sure, sure)
-    outer = (normals[:, :, None] * normals[:, None]).reshape(-1, 9)
-    values, axes = np.linalg.eigh((moved**2 @ outer).reshape(-1, 3, 3))
-    # The shift is said along directions in which it is known to ten times the least deviation.
-    known = values > np.maximum(1e-2 * values[:, -1:], np.finfo(float).tiny)
-    inverse = np.where(known, 1.0 / np.where(known, values, 1.0), 0.0)
-    inverse = (axes * inverse[:, None]) @ np.swapaxes(axes, 1, 2)
-    vector = moved @ (normals * bounded[:, None])
-    explained = np.einsum("ki,kij,kj->k", vector, inverse, vector)
-    freedom = known.sum(axis=1).astype(float)
-    rest = (bounded @ bounded - explained) / np.maximum(len(gaps) - freedom, 1.0)
-    chance = chdtrc(np.maximum(freedom, 1.0), explained / np.maximum(rest, 1.0))
-    chance[(freedom == 0.0) | (len(gaps) <= freedom)] = 1.0
-    best = int(chance.argmin())
-    return Move(
-        int(order[best]) if best < len(between) else None,
-        inverse[best] @ (moved[best] @ (normals * gaps[:, None])),
-        float(explained[best]),
-        float(freedom[best]),
-        float(min(1.0, len(chance) * chance[best])),
-        crossings.points[moved[best] != 0.0],
-    )
 
 
 def _middles(contours) -> np.ndarray:
@@ -292,6 +194,15 @@ def _nearer(upper: _Cubics, lower: _Cubics, u, v, along):
     u = u - (bb * at - ab * bt) / determinant
     v = v - (aa * bt - ab * at) / determinant
     return np.clip(u, -1.0, 1.0), np.clip(v, -1.0, 1.0)
+
+
+def _normals(one, other, outward, along) -> np.ndarray:
+    """(m, 3) unit normals of two directions (m, 3), on the side of ``outward`` (m, 3), which stands
+    for those that run ``along`` (m,) each other."""
+    found = cross(one, other)
+    found *= np.sign((found * outward).sum(axis=1))[:, None]
+    found[along] = outward[along]
+    return found / np.maximum(np.sqrt(_square(found)), np.finfo(float).tiny)[:, None]
 
 
 def _terms(s) -> np.ndarray:

@@ -7,7 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from tests.explored import learned, spread_touches
-from touchatlas.atlas.samples.crossings import Crossings, most_probable_move
+from touchatlas.atlas.samples.crossings import Crossings
+from touchatlas.atlas.samples.object_move import most_probable_move
 from touchatlas.sim import make_object
 from touchatlas.sim.study.explorations import shifted
 
