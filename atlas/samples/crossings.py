@@ -98,7 +98,9 @@ def crossings_of(pool: SamplePool, first: int, levels: Levels = Levels()) -> Cro
     good = upper.follows(upward, levels.alpha) & lower.follows(upward, levels.alpha)
     good &= (np.abs(u) < _NEAREST) & (np.abs(v) < _NEAREST)
     good &= (beside < levels.sure**2 * variance) & (variance > 0.0)
+    # Where contours of two faces meet at their edge, the one does not face as the other.
     good &= (upward * outward).sum(axis=1) > levels.facing
+    good &= (upward * pool.normals[other]).sum(axis=1) > levels.facing
     rows = pool.touches[other], pool.touches[one], upper.at(u), upward, height, variance
     return Crossings.of_table(np.column_stack(rows)[good])
 

@@ -44,8 +44,8 @@ def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
     and 0 of others, or the number of touches from the one to the other of a drift. The chance is
     that of chi-square, times the number of moves that were looked for. Where the surface has detail
     finer than samples, gaps are larger than noise explains: variances are scaled by what no shift
-    explains. A gap counts no more than one that is ``sure`` does, so that a few false ones tell no
-    move.
+    explains. A gap counts no more than one that is ``sure`` does, and the one that tells most does
+    not count, so that a few false ones tell no move.
 
     Parameters
     ----------
@@ -75,8 +75,13 @@ def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
     outer = (normals[:, :, None] * normals[:, None]).reshape(-1, 9)
     inverse, freedom = _inverses((moved**2 @ outer).reshape(-1, 3, 3))
     vector = moved @ (normals * bounded[:, None])
-    explained = np.einsum("ki,kij,kj->k", vector, inverse, vector)
+    shifts = np.einsum("kij,kj->ki", inverse, vector)
+    foreseen = moved * (shifts @ normals.T)
+    each = bounded**2 - (bounded - foreseen) ** 2
+    explained = each.sum(axis=1)
     rest = (bounded @ bounded - explained) / np.maximum(len(gaps) - freedom, 1.0)
+    # One gap alone tells no move.
+    explained = np.maximum(explained - each.max(axis=1), 0.0)
     chance = chdtrc(np.maximum(freedom, 1.0), explained / np.maximum(rest, 1.0))
     chance[(freedom == 0.0) | (len(gaps) <= freedom)] = 1.0
     best = int(chance.argmin())

@@ -58,6 +58,25 @@ def test_a_move_between_two_touches_is_found_with_its_size():
     assert len(move.places) == across.sum()
 
 
+def test_contours_of_two_faces_that_meet_at_their_edge_do_not_cross():
+    """Of a cube all crossings lie on one face, with its normal, but for those of contours that
+    hardly cross."""
+    found = crossings("cube")
+    assert len(found.gaps) > 30
+    assert np.mean(np.abs(found.normals).max(axis=1) > np.cos(np.radians(10.0))) > 0.9
+    assert (np.abs(found.gaps) < 5.0 * np.sqrt(found.variances)).all()
+
+
+def test_one_gap_alone_tells_no_move():
+    """Eleven crossings of few touches, of which one misses by a hundred deviations."""
+    normals = np.tile(np.eye(3)[2], (11, 1))
+    normals[0] = np.eye(3)[0]
+    gaps = np.where(np.arange(11) == 0, 100.0, 0.5)
+    later = np.repeat([1.0, 2.0, 3.0], [4, 4, 3])
+    found = Crossings(later - 1.0, later, normals, normals, gaps, np.ones(11))
+    assert most_probable_move(found, [0.0, 1.0, 2.0, 3.0], 4.0).chance > 0.1
+
+
 def test_a_drift_is_no_single_move():
     obj, step = make_object("sphere"), np.array([0.0, 0.004, 0.003])
     touches = [shifted(t, t.number * step) for t in spread_touches(obj, COUNT)]
