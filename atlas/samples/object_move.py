@@ -19,7 +19,8 @@ class Move:
     shift : (3,) float, length, world
         As far as crossings show it; from one touch to the next where it moves with every touch.
     explained : float
-        The sum of squares of the gaps, over their variances, that it explains.
+        The sum of squares of the gaps, over their variances, that it explains, but for the gap that
+        tells most.
     freedom : float
         How many directions it is known in: the sum that is expected of an object that lies still.
     chance : float

@@ -187,8 +187,8 @@ def machine_probe(
     if tip.radius < _LEAST * tip.radius_std:
         raise ValueError(
             f"--probe.radius is {tip.radius:g}, but this machine knows a radius to "
-            f"{tip.radius_std:.2g}; give {_LEAST * tip.radius_std:.2g} or more, or --probe.machine "
-            "measuring"
+            f"{tip.radius_std:.2g}; give {_LEAST * tip.radius_std:.2g} or more"
+            + (", or --probe.machine measuring" if options.machine == ARM else "")
         )
     radius = tip.radius + tip.radius_std * wide
     if options.name == SCANNING:
