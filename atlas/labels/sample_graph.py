@@ -143,17 +143,19 @@ def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray
 def _fitting_links(samples: ContourSamples, tree, some, count: int):
     """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
     distances (m,), for some samples."""
-    points, normals = samples.points, samples.normals
-    length, near = tree.query(points[some], k=np.arange(1, min(count, len(points)) + 1))
-    i, j = np.repeat(some, near.shape[1]), near.ravel()
-    length = length.ravel()
-    other = samples.contours[i] != samples.contours[j]
-    i, j, length = i[other], j[other], length[other]
-    facing = _cosines(samples, i, j) > _COSINE
-    i, j, length = i[facing], j[facing], length[facing]
+    length, near = tree.query(samples.points[some], k=np.arange(1, min(count, len(samples)) + 1))
+    other = samples.contours[near] != samples.contours[some][:, None]
+    i, j, length = np.repeat(some, other.sum(axis=1)), near[other], length[other]
+    points, normals, outward = (
+        np.ascontiguousarray(rows.T)
+        for rows in (samples.points, samples.normals, samples.outward)
+    )
+    for x, y, z in (normals, outward):
+        facing = x[i] * x[j] + y[i] * y[j] + z[i] * z[j] > _COSINE
+        i, j, length = i[facing], j[facing], length[facing]
     noise = _NOISE * np.maximum(samples.stds[i], samples.stds[j])
-    chord = points[j] - points[i]
-    rise, fall = _dot(chord, normals[i]), _dot(chord, normals[j])
+    chord = [x[j] - x[i] for x in points]
+    rise, fall = (sum(x * n[at] for x, n in zip(chord, normals, strict=True)) for at in (i, j))
     fits = np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
     fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
     return i[fits], j[fits], length[fits]
