@@ -147,8 +147,7 @@ def _fitting_links(samples: ContourSamples, tree, some, count: int):
     other = samples.contours[near] != samples.contours[some][:, None]
     i, j, length = np.repeat(some, other.sum(axis=1)), near[other], length[other]
     points, normals, outward = (
-        np.ascontiguousarray(rows.T)
-        for rows in (samples.points, samples.normals, samples.outward)
+        np.ascontiguousarray(rows.T) for rows in (samples.points, samples.normals, samples.outward)
     )
     for x, y, z in (normals, outward):
         facing = x[i] * x[j] + y[i] * y[j] + z[i] * z[j] > _COSINE
