@@ -9,6 +9,8 @@ from touchatlas.patch.geometry.frame import any_tangent
 
 # Arcs around the body are drawn as chords over this angle, rad, of a circle outside of it.
 _CHORD = np.pi / 8.0
+# Deviations of noise by which samples may be off.
+_SURE = 3.0
 
 
 def safe_way(
@@ -41,10 +43,10 @@ def safe_way(
     known = _Known(atlas, radius, margin)
     if known.is_clear(start, goal, leaves=True):
         return goal[None].copy()
-    leave, enter = known.way_out(start, directions, True), known.way_out(goal, directions)
+    leave, enter = known.leave(start, directions), known.way_out(goal, directions)
     if leave is None or enter is None:
         return None
-    return np.vstack([leave, known.around(leave, enter), enter, goal])
+    return np.vstack([leave, known.around(leave[-1], enter), enter, goal])
 
 
 def ways_of(
@@ -60,6 +62,7 @@ class _Known:
     def __init__(self, atlas: Atlas, radius: float, margin: float) -> None:
         points = atlas.pool.points
         self._points, self._body, self._room = points, atlas.body, radius + margin
+        self._noise = _SURE * atlas.pool.noise
         if len(points):
             low, high = points.min(axis=0), points.max(axis=0)
             self.centre = 0.5 * (low + high)
@@ -80,8 +83,9 @@ class _Known:
         ends = np.minimum(
             np.linalg.norm(offset, axis=1), np.linalg.norm(self._points - goal, axis=1)
         )
-        # Nothing is nearer on the way than it is at one end, or than there is room.
-        if (near < 0.99 * np.minimum(self._room, ends)).any():
+        # Nothing is nearer on the way than it is at one end, or than there is room; samples are as
+        # far off as their noise.
+        if (near < 0.99 * np.minimum(self._room, ends) - self._noise).any():
             return False
         return self._body is None or not self._enters(start, way, np.sqrt(square), leaves)
 
@@ -102,6 +106,20 @@ class _Known:
             return False
         inner = np.minimum(at - at[0], 1.0 - at) * length > 2.0 * self._room
         return bool((sure & (distance < np.where(inner, self._room, 0.0))).any())
+
+    def leave(self, start, directions: int) -> np.ndarray | None:
+        """(k, 3) points of a clear way of a tip that is at a start to where it leaves the sphere:
+        straight, or first along the normal of the known surface, as far as there has to be room; a
+        way that leans comes nearer to samples beside it. None where there is none."""
+        out = self.way_out(start, directions, True)
+        if out is not None:
+            return out[None]
+        if self._body is None:
+            return None
+        lifted = start + self._room * self._body.at(start[None])[0].normal[0]
+        out = self.way_out(lifted, directions)
+        clear = out is not None and self.is_clear(start, lifted, leaves=True)
+        return np.stack([lifted, out]) if clear and out is not None else None
 
     def way_out(self, point, directions: int, leaves: bool = False) -> np.ndarray | None:
         """(3,) where a clear straight way from a point leaves the sphere, as straight outward as

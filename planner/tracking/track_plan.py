@@ -208,7 +208,8 @@ class _Tracker:
         where it was."""
         # Side by side, all tips go back where the first one was.
         centres = np.array([p[0] + f[0] / self._tip.stiffness for _, p, f, _ in self._rows])
-        lifted = _lifted(centres, self._w[0], self._options.retract)
+        travelled = np.array([gone[0] for *_, gone in self._rows])
+        lifted = _lifted(centres, travelled, self._w[0], self._options.retract)
         return np.vstack([centres[-1:], lifted, goal])
 
     def _arm(self, arm: int, count: int, end: ContourEnd, losses: int) -> Arm:
@@ -277,11 +278,11 @@ def _length(way) -> float:
     return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
 
 
-def _lifted(centres, w, height: float) -> np.ndarray:
-    """(k, 3) a path of centres gone back, lifted off the surface within its plane, with points
-    about a height apart."""
-    steps = np.sqrt((np.diff(centres, axis=0) ** 2).sum(axis=1))
-    marks = np.floor(np.append(0.0, np.cumsum(steps)) / height).astype(int)
+def _lifted(centres, travelled, w, height: float) -> np.ndarray:
+    """(k, 3) a path of centres (n, 3) gone back, lifted off the surface within its plane, with
+    points about a height apart; ``travelled`` (n,) along it, length, which the noise of a tip at
+    rest does not count in."""
+    marks = np.floor(travelled / height).astype(int)
     places = np.flatnonzero(np.append(True, np.diff(marks) > 0))
     path = centres[places]
     if len(path) < 2:

@@ -101,7 +101,8 @@ class Feet:
         for _ in range(most):
             tried = self._on_surface(feet + share[:, None] * self._aside(centres, feet))
             square = ((centres - tried) ** 2).sum(axis=1)
-            nearer = square <= least
+            # A foot that is found stays, up to rounding.
+            nearer = square <= (1.0 + 1e-12) * least
             feet = np.where(nearer[:, None], tried, feet)
             least = np.minimum(square, least)
             if once and nearer.all():

@@ -94,27 +94,30 @@ def torus(major: float, minor: float) -> Field:
 def bottle(body: float, neck: float, half_height: float, shoulder: float, softness: float) -> Field:
     """rho^2 - s(z)^2 (1 - (z/h)^8): s falls from body to neck radius at height ``shoulder``."""
 
-    def squared_profile(z):
-        """P, P', P'' of rho^2 = P(z)."""
+    half = 0.5 * (neck - body)
+
+    def factors(z):
+        """q, q' and c, c' of rho^2 = q(z) c(z)."""
         t = np.tanh((z - shoulder) / softness)
-        half = 0.5 * (neck - body)
-        bell = 1.0 - t * t
-        s, s1 = body + half * (1.0 + t), half * bell / softness
-        s2 = -2.0 * half * t * bell / softness**2
+        s, s1 = body + half * (1.0 + t), half * (1.0 - t * t) / softness
         u = z / half_height
-        c, c1, c2 = 1.0 - u**8, -8.0 * u**7 / half_height, -56.0 * u**6 / half_height**2
-        q, q1, q2 = s * s, 2.0 * s * s1, 2.0 * (s1 * s1 + s * s2)
-        return q * c, q1 * c + q * c1, q2 * c + 2.0 * q1 * c1 + q * c2
+        return s * s, 2.0 * s * s1, 1.0 - u**8, -8.0 * u**7 / half_height
 
     def first_order(points):
         x, y, z = points.T
-        p, p1, _ = squared_profile(z)
-        return x * x + y * y - p, np.stack([2.0 * x, 2.0 * y, -p1], axis=1)
+        q, q1, c, c1 = factors(z)
+        gradient = np.stack([2.0 * x, 2.0 * y, -(q1 * c + q * c1)], axis=1)
+        return x * x + y * y - q * c, gradient
 
     def hessian(points):
+        z = points[:, 2]
+        q, q1, c, c1 = factors(z)
+        s, t = np.sqrt(q), np.tanh((z - shoulder) / softness)
+        s1, s2 = 0.5 * q1 / s, -2.0 * half * t * (1.0 - t * t) / softness**2
+        q2, c2 = 2.0 * (s1 * s1 + s * s2), -56.0 * (z / half_height) ** 6 / half_height**2
         second = np.zeros((len(points), 3, 3))
         second[:, 0, 0] = second[:, 1, 1] = 2.0
-        second[:, 2, 2] = -squared_profile(points[:, 2])[2]
+        second[:, 2, 2] = -(q2 * c + 2.0 * q1 * c1 + q * c2)
         return second
 
     return Field(first_order, hessian)

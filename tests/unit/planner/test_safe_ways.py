@@ -56,6 +56,14 @@ def test_a_way_begins_in_contact(torus):
     assert distance(along(start, way)).min() > 0.9 * TIP
 
 
+def test_a_tip_at_rest_on_samples_leaves_along_their_normal(torus):
+    """A ball whose centre is learned rests on the samples, which are dense along contours: a way
+    that leans a little comes nearer to the next one."""
+    goal = np.array([0.0, 0.0, 90.0])
+    for start in torus.pool.points[::40]:
+        assert safe_way(torus, start, goal, 0.0, ROOM) is not None
+
+
 def test_a_place_without_a_clear_way_out_has_no_way(torus):
     """Amid the tube all that is known is nearer than there is room; a plan has none either, and a
     machine that is to go there stays."""

@@ -173,6 +173,28 @@ def test_a_tip_rolls_over_a_sharp_edge():
     assert (points[:, 2] < 25.0).any() and (points[:, 2] > 29.9).any()
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_tip_that_waits_for_another_goes_back_as_it_came(side):
+    """One of two arms ends early, and its noise while it waits is no way: points of a way back are
+    about a retract apart."""
+
+    class Recorded(BeamScanner):
+        way_points = 0
+
+        def move(self, way):
+            self.way_points += len(way)
+            return super().move(way)
+
+    top = np.array([0.0, 0.0, 33.0])
+    plan = plan_on(top, top / 33.0, np.eye(3)[0], 30.0, until=lambda p: side * p[:, 0] > 2.0)
+    scanner, arms = Recorded(FEET, Beam(), np.random.default_rng(7), 2), []
+    scanner.place([0.0, 0.0, 100.0])
+    track_plan(scanner, plan, options=TrackingOptions(feed=20.0), arms=arms)
+    assert all(len(arm.samples.centres) > 1 for arm in arms)
+    # Each of three planes is gone 30 along at most; a few more points lead to and from it.
+    assert scanner.way_points < 3.0 * (30.0 / TrackingOptions().retract + 5.0)
+
+
 def test_a_place_without_surface_has_no_contact_and_a_way():
     scanner = machine(4)
     beside, up = np.array([50.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
