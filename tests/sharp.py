@@ -60,5 +60,7 @@ def explored_sharp(name: str) -> Explored:
 
 @kept_once
 def explored_faces(name: str, max_turn: float) -> Explored:
-    """The same with contours that turn by so much at most."""
-    return explore_body(sharp_object(name), 100, options=PlannerOptions(max_turn=max_turn))
+    """The same with contours that turn by so much at most, and of 17 samples on each arm instead of
+    43: the same follows in less than half of the time."""
+    options = PlannerOptions(max_turn=max_turn, step=0.035)
+    return explore_body(sharp_object(name), 100, options=options)
