@@ -50,6 +50,7 @@ def run_example(name: str, *arguments) -> str:
 
 # Examples that take four seconds to half a minute even with small arguments.
 LONG = {
+    "fuzz_files.py",
     "low_steps.py",
     "gallery.py",
     "guard.py",
@@ -90,7 +91,12 @@ def test_an_example_runs_in_a_process_of_its_own(tmp_path):
     ("name", "arguments", "words"),
     [
         ("vase_and_mug.py", ["a file"], "a file is a file, or in one; give a folder"),
-        ("vase_and_mug.py", ["a file/in"], "a file/in is a file, or in one; give a folder"),
+        pytest.param(
+            "vase_and_mug.py",
+            ["a file/in"],
+            "a file/in is a file, or in one; give a folder",
+            marks=pytest.mark.slow,
+        ),
         ("fuzz_files.py", ["1"], "fuzz is a file here, where inputs are kept; move it away"),
     ],
 )

@@ -22,7 +22,7 @@ def fuzzer(tmp_path_factory):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_damaged_file_is_read_or_refused_in_one_sentence(fuzzer, kind):
-    @settings(max_examples=100, derandomize=True, deadline=None)
+    @settings(max_examples=50, derandomize=True, deadline=None)
     @given(st.integers(0, 2**32))
     def holds(seed):
         data = fuzzer.make(kind, np.random.default_rng(seed))

@@ -134,7 +134,7 @@ def test_a_rim_says_nothing_of_surface_far_past_its_ends():
     ball.update_faces(~(ball.triangles_center @ axes.T > RADIUS * np.cos(np.deg2rad(25.0))).any(1))
     body = MeshObject("ball with four openings", ball.vertices, ball.faces)
     atlas, planner = Atlas(TOLERANCE, scale=fit_scale(NOISE, body.diagonal)), Planner(*body.start())
-    for _ in explore(atlas, planner, Probe(body, NOISE, np.random.default_rng(0)), 30):
+    for _ in explore(atlas, planner, Probe(body, NOISE, np.random.default_rng(0)), 20):
         pass
     points, normals = body.sample(2000, np.random.default_rng(0))
     assert atlas.body is not None

@@ -11,7 +11,7 @@ from touchatlas.planner import Planner, PlannerOptions, StopReason, load_planner
 from touchatlas.sim import Probe, make_object
 
 
-def begun(name="ellipsoid", rule="tolerance", tolerance=None, **options):
+def begun(name="sphere", rule="tolerance", tolerance=None, **options):
     """An object's empty atlas, planner and probe."""
     obj = make_object(name)
     atlas = Atlas(obj.tolerance if tolerance is None else tolerance, scale=obj.tolerance)
@@ -135,13 +135,13 @@ def test_a_new_planner_goes_on_with_an_atlas_that_learned_before():
 @pytest.mark.parametrize(
     ("name", "rule", "count", "options"),
     [
-        ("ellipsoid", "tolerance", 0, {}),
+        ("sphere", "tolerance", 0, {}),
         ("ellipsoid", "tolerance", 3, {}),
-        ("ellipsoid", "random", 2, {}),
+        ("sphere", "random", 2, {}),
         # One of the pending plans is a guess behind an edge.
         ("cube", "tolerance", 4, {"max_turn": 0.8}),
-        ("ellipsoid", "farthest", 2, {}),
-        ("ellipsoid", "variance", 2, {}),
+        ("sphere", "farthest", 2, {}),
+        ("sphere", "variance", 2, {}),
     ],
 )
 def test_a_loaded_planner_goes_on_as_the_one_that_was_never_saved(
@@ -204,7 +204,7 @@ def test_a_planner_is_refused_beside_another_atlas(tmp_path):
     touches.append(probe(planner.ask(atlas)))
     answered(atlas, planner, touches[1])
     save_planner(path, planner, atlas)
-    looser, other, wayless = begun(tolerance=0.3)[0], begun("sphere"), begun()[0]
+    looser, other, wayless = begun(tolerance=0.3)[0], begun("ellipsoid"), begun()[0]
     for touch in touches:
         looser.add(touch)
         wayless.add(replace(touch, way=None))

@@ -61,7 +61,7 @@ def test_a_looser_tolerance_ends_the_same_touches_earlier():
     that matter to it."""
     fine, obj = known("bottle").touches, make_object("bottle")
     # The arms of the first touch are in scales, which are the tolerance where none is given.
-    atlas, p = Atlas(3.0 * obj.tolerance, scale=obj.tolerance), Planner(*obj.start())
+    atlas, p = Atlas(10.0 * obj.tolerance, scale=obj.tolerance), Planner(*obj.start())
     probe = Probe(obj, obj.noise_std, np.random.default_rng(0))
     coarse = [step.touch for step in explore(atlas, p, probe, len(fine))]
     assert p.stop is not None and p.stop.reason is StopReason.KNOWN

@@ -91,7 +91,9 @@ def test_a_power_of_two_scales_every_digit_of_the_answer(name):
     assert len(surface.faces) > 100
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n == "sphere" else pytest.mark.slow) for n in BODIES]
+)
 def test_any_factor_scales_the_answer_to_rounding(name):
     """Fits and searches enlarge rounding, and each touch takes it over from those before: to a
     twentieth of the noise of one sample."""

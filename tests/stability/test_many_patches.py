@@ -72,7 +72,7 @@ def outcome(surface, doubts=()) -> Outcome:
 @pytest.fixture(scope="module")
 def exact() -> Surface:
     """The true surface as if it were found, with a deviation of half a tolerance."""
-    vertices, faces = bodies.handles(0).mesh(0.2 * bodies.TOLERANCE)
+    vertices, faces = bodies.handles(0).mesh(0.4 * bodies.TOLERANCE)
     many = np.full(len(vertices), 0.5 * bodies.TOLERANCE)
     normals = vertices / np.linalg.norm(vertices, axis=1)[:, None]
     return Surface(vertices, faces, normals, many, many.astype(int), many)

@@ -1,5 +1,7 @@
 """A region of interest: touches are made there, and what lies outside costs nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -44,8 +46,10 @@ def test_a_step_file_is_no_region_because_its_unit_would_be_lost(tmp_path):
 
 
 def test_half_a_body_takes_less_length_and_ends_as_known():
-    half = PlannerOptions(region="box:0,-99,-99,99,99,99")
-    (_, _, whole), (_, planner, steps) = explored(PlannerOptions(), "blob"), explored(half, "blob")
+    """With 17 samples on each arm instead of 43, which takes less time."""
+    few, half = PlannerOptions(step=0.035), "box:0,-99,-99,99,99,99"
+    _, _, whole = explored(few, "blob")
+    _, planner, steps = explored(replace(few, region=half), "blob")
     assert planner.stop.reason.value == "known to the tolerance"
     lengths = [sum(step.touch.tracked_length for step in some) for some in (whole, steps)]
     assert lengths[1] < 0.8 * lengths[0]

@@ -33,7 +33,7 @@ def pool_of(name: str, count: int, ends=False) -> SamplePool:
 
 @pytest.fixture(scope="module")
 def box():
-    return look_for_body(pool_of("box", 30), STD)
+    return look_for_body(pool_of("box", 22), STD)
 
 
 def test_a_plane_is_described_by_its_misfit_and_three_parameters():
@@ -52,7 +52,7 @@ def test_a_plane_is_described_by_its_misfit_and_three_parameters():
 
 
 def test_six_planes_describe_a_box_shorter_than_one_free_form_face(box):
-    assert (box.count, box.looked, box.std) == (2970, 2970, STD)
+    assert (box.count, box.looked, box.std) == (2178, 2178, STD)
     assert not box.is_one_face
     assert [face.kind for face in box.body.faces.faces] == ["plane"] * 6
     one = description_length(body_of_one(box.body.samples))
@@ -77,7 +77,7 @@ def test_lengths_of_boxes_far_apart_add_up():
 
 def test_faces_that_two_parts_know_apart_are_joined(box):
     """Each half of the touches knows the six planes: twelve pieces become six again."""
-    faces, half = box.faces, box.body.samples.touches > 14
+    faces, half = box.faces, box.body.samples.touches > 10
     first = np.count_nonzero(~half)
     of = [faces.patch_of[:first], faces.patch_of[first:]]
     assert not half[:first].any() and all(len(np.unique(some)) >= 6 for some in of)
@@ -120,14 +120,14 @@ def test_one_face_learns_each_touch_and_is_compared_by_growth():
 
 def test_faces_learn_each_touch(box):
     """Between two comparisons as well: the faces are those that a reading of all samples gives."""
-    points, outward, planes = touched_mesh("box", 30, NOISE)
+    points, outward, planes = touched_mesh("box", 22, NOISE)
     pool, known = SamplePool(), KnownBody()
-    for last in (2871, 2970):
+    for last in (2079, 2178):
         some = slice(len(pool), last)
         pool.add(points[some], outward[some], planes[some], False, NOISE)
         known = look_for_body(pool, STD, known)
-    assert (known.count, known.looked) == (2970, 2871)
-    assert len(known.body.faces.of) == 2970
+    assert (known.count, known.looked) == (2178, 2079)
+    assert len(known.body.faces.of) == 2178
     assert [face.words for face in known.body.faces.faces] == [
         face.words for face in box.body.faces.faces
     ]
@@ -146,7 +146,7 @@ def test_without_a_new_sample_nothing_is_done(monkeypatch):
 
 
 def test_equal_samples_give_equal_faces(box):
-    again = look_for_body(pool_of("box", 30), STD)
+    again = look_for_body(pool_of("box", 22), STD)
     assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
     for one, other in zip(again.body.faces.faces, box.body.faces.faces, strict=True):
         assert one.words == other.words
@@ -158,7 +158,7 @@ def test_faces_of_a_smooth_body_are_never_read(monkeypatch):
         raise AssertionError("faces of a smooth body are read")
 
     monkeypatch.setattr(choose, "faces_of_samples", read)
-    known = look_for_body(pool_of("egg", 30), STD)
+    known = look_for_body(pool_of("egg", 15), STD)
     assert known.faces is None
     assert [face.kind for face in known.body.faces.faces] == ["free-form"]
 
@@ -185,8 +185,8 @@ def test_laws_that_leave_noise_alone_are_compared_with_nothing(box, monkeypatch)
 
     monkeypatch.setattr(choose, "body_of_one", read)
     monkeypatch.setattr(choose, "first_labels", read)
-    again = look_for_body(pool_of("box", 30), STD, replace(box, looked=1000))
-    assert (again.count, again.looked) == (2970, 2970)
+    again = look_for_body(pool_of("box", 22), STD, replace(box, looked=1000))
+    assert (again.count, again.looked) == (2178, 2178)
     assert again.body.faces.of.tobytes() == box.body.faces.of.tobytes()
 
 

@@ -15,7 +15,7 @@ STD = np.sqrt(2.0) * NOISE
 @pytest.fixture(scope="module")
 def known() -> KnownBody:
     pool = SamplePool()
-    pool.add(*touched_mesh("wavy", 30, NOISE), False, NOISE)
+    pool.add(*touched_mesh("wavy", 22, NOISE), False, NOISE)
     return look_for_body(pool, STD)
 
 

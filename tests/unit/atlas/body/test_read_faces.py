@@ -12,17 +12,23 @@ NOISE = 0.02
 STD = np.sqrt(2.0) * NOISE
 
 
-@pytest.fixture(scope="module")
+def rounded_box():
+    """Samples of a box with rounded edges, and their faces."""
+    body = known_body("rounded", 34)
+    return body.samples, body.faces
+
+
 def plate():
-    """Samples of a plate with rounded edges, and their faces."""
+    """The same of a plate."""
     samples = samples_of_touches(touched_plate(16, NOISE, 6), STD)
     return samples, faces_of_samples(samples)
 
 
-def test_samples_that_are_read_again_keep_their_faces_and_edges(plate):
+@pytest.mark.parametrize("read", [rounded_box, pytest.param(plate, marks=pytest.mark.slow)])
+def test_samples_that_are_read_again_keep_their_faces_and_edges(read):
     """Nothing new was touched. Samples beside rims may change sides, one of twenty of those without
     a face."""
-    samples, faces = plate
+    samples, faces = read()
     again = faces_of_samples(samples, before=faces)
     assert Counter(face.kind for face in again.faces) == Counter(f.kind for f in faces.faces)
     assert Counter(edge.kind for edge in again.edges) == Counter(e.kind for e in faces.edges)

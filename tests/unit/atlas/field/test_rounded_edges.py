@@ -26,7 +26,10 @@ WIDE = "widely filleted"
 # An edge is sharp where too few contours cross its rounding.
 UNROUNDED = "roundings that one contour crosses may be missed: docs/limits.md"
 MISSED = pytest.mark.xfail(strict=True, reason=UNROUNDED)
-BODIES = [("filleted", FILLET, 2), (WIDE, WIDE_FILLET, 0), (WIDE, WIDE_FILLET, 1)]
+SLOW = pytest.mark.slow
+QUICK = [("filleted", FILLET, 2), (WIDE, WIDE_FILLET, 1)]
+OTHER = (WIDE, WIDE_FILLET, 0)
+BODIES = [*QUICK, pytest.param(*OTHER, marks=SLOW)]
 
 
 @lru_cache
@@ -57,7 +60,7 @@ def rounded(faces):
 
 @pytest.mark.parametrize(
     ("name", "radius", "seed"),
-    [BODIES[0], pytest.param(*BODIES[1], marks=MISSED), BODIES[2]],
+    [*QUICK, pytest.param(*OTHER, marks=[MISSED, SLOW])],
 )
 def test_a_fillet_is_known_up_to_the_faces_that_end_it(name, radius, seed):
     """These are planes that meet both of its faces in convex edges, and the fillet is concave. At
@@ -78,7 +81,7 @@ def test_before_a_fillet_is_air_and_behind_it_the_body(name, radius, seed):
         assert np.abs(found.distance[known] - off).max() < MOST
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=MISSED)])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=[MISSED, SLOW])])
 def test_the_rounded_edges_of_a_column_reach_from_the_slab_to_the_top(seed):
     """The slab meets the sides in concave edges, the top in convex ones, as the rounded edges
     are."""
@@ -100,7 +103,7 @@ def test_samples_on_a_rounding_keep_other_faces_from_it(name, radius, seed):
     assert np.abs(FaceField(alone).at(samples).distance).max() < 5.0 * faces.std
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=MISSED)])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=[MISSED, SLOW])])
 def test_the_slab_goes_on_up_to_the_rounded_edges_of_a_column(seed):
     """Between the rounding and the sharp edge it is not as deep as the ball is far."""
     at = np.linspace(16.0 - COLUMN + 0.2, 15.8, 25)

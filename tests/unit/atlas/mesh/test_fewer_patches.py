@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.explored import explored, learned_at_once
-from touchatlas.atlas import Atlas, load_atlas, save_atlas
+from tests.explored import explored, learned_at_once, spread_touches
+from touchatlas.atlas import load_atlas, save_atlas
 from touchatlas.atlas.mesh.surface import with_fewer_patches
 from touchatlas.atlas.store import atlas_bytes
-from touchatlas.planner import Planner, explore
-from touchatlas.sim import Probe, make_object
+from touchatlas.sim import make_object
 from touchatlas.sim.world.mesh_object import MeshObject
 
 SMOOTH = ["bottle", *(pytest.param(x, marks=pytest.mark.slow) for x in ("blob", "mouse"))]
@@ -36,7 +35,7 @@ def test_a_finished_body_is_off_the_one_before_by_hardly_more_than_a_quarter_of_
 
 
 def test_finished_again_nothing_changes():
-    atlas = explored("blob").atlas
+    atlas = explored("bottle").atlas
     known = atlas.known_body
     atlas.finish()
     assert atlas.known_body is known and known.is_few
@@ -44,7 +43,7 @@ def test_finished_again_nothing_changes():
 
 def test_touches_after_the_end_are_learned_as_before_it():
     """The samples are the same, and the body is that of the samples."""
-    found = explored("blob")
+    found = explored("bottle")
     atlas = learned_at_once(found.touches[:-1], 0.1)
     whole = deepcopy(atlas)
     whole.add(found.touches[-1])
@@ -58,7 +57,7 @@ def test_touches_after_the_end_are_learned_as_before_it():
 
 
 def test_a_finished_atlas_is_loaded_as_it_was_saved(tmp_path):
-    atlas = explored("blob").atlas
+    atlas = explored("bottle").atlas
     save_atlas(tmp_path / "atlas.npz", atlas)
     again = load_atlas(tmp_path / "atlas.npz")
     assert atlas_bytes(again) == atlas_bytes(atlas) and len(again) == len(atlas)
@@ -88,9 +87,7 @@ def test_a_finished_open_body_is_valid_and_loaded_as_it_was_saved(tmp_path):
     mesh.update_faces(mesh.triangles_center[:, 2] > -15.0)
     mesh.remove_unreferenced_vertices()
     obj = MeshObject("open", np.array(mesh.vertices), np.array(mesh.faces))
-    atlas, probe = Atlas(0.1), Probe(obj, 0.02, np.random.default_rng(0))
-    for _ in explore(atlas, Planner(*obj.start()), probe, 10):
-        pass
+    atlas = learned_at_once(spread_touches(obj, 18, 0.02), 0.1)
     atlas.finish()
     assert atlas.known_body.is_few and len(atlas.rims.ends.points)
     atlas.validate()

@@ -39,7 +39,7 @@ def relabelled(name: str, bounds):
     return labels
 
 
-@pytest.mark.parametrize("name", ["block", "step", "wall"])
+@pytest.mark.parametrize("name", ["block", "step", pytest.param("wall", marks=pytest.mark.slow)])
 def test_labels_touch_by_touch_are_as_short_a_description_as_those_from_scratch(name):
     """Both are local minima. A sample that changes over between two planes costs some nats."""
     count = TOUCHES[name]
@@ -50,7 +50,7 @@ def test_labels_touch_by_touch_are_as_short_a_description_as_those_from_scratch(
 
 def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
     """Two balls far from each other: what is learned of one changes nothing of the other."""
-    points, outward, planes, noise = touched("sphere", 30)
+    points, outward, planes, noise = touched("sphere", 12)
     far = np.array([400.0, 0.0, 0.0])
     first = contour_samples(points, outward, planes, BORNE * noise)
     before = label_samples(first)
@@ -68,7 +68,7 @@ def test_touches_elsewhere_leave_labels_and_pieces_as_they_are():
 
 def test_a_bent_rod_is_two_planes_two_cylinders_and_a_torus():
     """With its radii; rims are smooth where the bend begins, and the ends are edges."""
-    body = known_body("bend", 30)
+    body = known_body("bend", 24)
     laws = [face.law for face in body.faces.faces]
     assert sorted(law.kind for law in laws) == ["cylinder", "cylinder", "plane", "plane", "torus"]
     [bend] = [law.numbers for law in laws if law.kind == "torus"]
@@ -93,7 +93,7 @@ def test_a_frustum_is_two_planes_and_a_cone(name, narrows):
 
 def test_samples_that_nothing_explains_keep_no_label():
     """Three contours of noise beside a ball: no law holds them, and none is dropped."""
-    points, outward, planes, noise = touched("sphere", 30)
+    points, outward, planes, noise = touched("sphere", 12)
     rng = np.random.default_rng(0)
     away = np.array([80.0, 0.0, 0.0]) + 5.0 * rng.normal(size=(45, 3))
     points = np.concatenate([points, away])

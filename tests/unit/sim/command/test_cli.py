@@ -217,10 +217,10 @@ def test_noise_that_hides_every_curve_is_a_failure_with_advice(tmp_path):
 @pytest.mark.parametrize(
     ("command", "code"),
     [
-        ("objects >&-", 0),
+        ("--version >&-", 0),
         ("explore botle 2>&-", 2),
         ("explore botle 2>/dev/full", 2),
-        ("objects >/dev/full", 1),
+        ("--version >/dev/full", 1),
         ("objects --json | true", 1),
     ],
 )

@@ -36,6 +36,7 @@ def answered(folder, name, noise, tolerance, most):
     return run
 
 
+@pytest.mark.usefixtures("no_pictures", "few_judged")
 @pytest.mark.parametrize(
     ("name", "noise", "tolerance", "most"),
     [

@@ -70,7 +70,7 @@ class Copier(Watcher):
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory):
     path = tmp_path_factory.mktemp("mesh") / "ball.ply"
-    mesh = trimesh.creation.icosphere(subdivisions=4, radius=30.0)
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=30.0)
     mesh.apply_scale([1.0, 0.8, 0.6])
     mesh.export(path)
     return path
