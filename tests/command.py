@@ -13,13 +13,19 @@ from touchatlas.sim.command.entry import main
 # The same in a process of its own.
 PROCESS = [sys.executable, "-c", "from touchatlas.sim.command.entry import main; main()"]
 
-# The same without pictures, which take most of the time of a short run.
+# The same without pictures, and judged by 2,000 points each way instead of 40,000: these take most
+# of the time of a short run.
 UNDRAWN = [
     *PROCESS[:-1],
+    "from functools import partial; "
+    "from touchatlas.sim.judge.truth import EvaluateOptions; "
     "from touchatlas.sim.run import conclusion, progress; "
     "drawn = lambda *_: b'no picture'; "
     "conclusion.surface_picture = conclusion.replay_bytes = drawn; "
-    "progress.Progress.png_bytes = drawn; " + PROCESS[-1],
+    "progress.Progress.png_bytes = drawn; few = EvaluateOptions(samples=2000); "
+    "conclusion.truth_of = partial(conclusion.truth_of, options=few); "
+    "conclusion.evaluate_surface = partial(conclusion.evaluate_surface, options=few); "
+    + PROCESS[-1],
 ]
 
 # A whole run of a ball, to a tolerance of 0.6 instead of 0.1: its truth has a sixth of the

@@ -14,6 +14,7 @@ from IPython.core.interactiveshell import InteractiveShell
 
 from touchatlas.sim.judge.truth import EvaluateOptions
 from touchatlas.sim.run import conclusion
+from touchatlas.sim.run.progress import Progress
 
 ROOT = Path(__file__).parent.parent
 STOREYS = ("patch", "atlas", "planner", "sim")
@@ -74,11 +75,14 @@ def test_code_of_a_page_runs_as_it_stands(page, tmp_path, monkeypatch):
 
 
 def judged_by_few(monkeypatch) -> None:
-    """Runs are judged by 2,000 points each way, a twentieth of the usual number."""
+    """Runs draw nothing, and are judged by 2,000 points each way, a twentieth of the usual."""
     few = EvaluateOptions(samples=2000)
     for name in ("truth_of", "evaluate_surface"):
         monkeypatch.setattr(conclusion, name, partial(getattr(conclusion, name), options=few))
-    monkeypatch.setattr(conclusion, "surface_picture", lambda *_: b"no picture")
+    drawn = lambda *_: b"no picture"  # noqa: E731
+    monkeypatch.setattr(conclusion, "surface_picture", drawn)
+    monkeypatch.setattr(conclusion, "replay_bytes", drawn)
+    monkeypatch.setattr(Progress, "png_bytes", drawn)
 
 
 def test_cells_of_the_tutorial_run_in_order(tmp_path, monkeypatch):
