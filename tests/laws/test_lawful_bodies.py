@@ -26,9 +26,10 @@ def body(name: str, scale: float = 1.0) -> MeshObject:
 
 
 def exploration(name: str, most: int, scale: float = 1.0):
-    """Atlas, planner and plans of an exploration with seed 1, of so many touches at most."""
+    """Atlas, planner and plans of an exploration with seed 1, of so many touches at most, with 17
+    samples on each arm instead of 43, which takes less time."""
     obj, rng = body(name, scale), np.random.default_rng(1)
-    atlas, planner = Atlas(scale * TOLERANCE), Planner(*obj.start())
+    atlas, planner = Atlas(scale * TOLERANCE), Planner(*obj.start(), PlannerOptions(step=0.035))
     steps = explore(atlas, planner, Probe(obj, scale * NOISE, rng), most)
     plans = [step.plan for step in steps]
     return atlas, planner, plans

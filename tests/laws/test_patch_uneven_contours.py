@@ -77,7 +77,7 @@ def test_error_stays_within_three_deviations_however_curves_run(surface, situati
         assert error_in_deviations(fit_of(scene, UNEVEN[situation](scene, rng)), scene) < 3.0
 
 
-@pytest.mark.parametrize("sections", [4, 5, 6])
+@pytest.mark.parametrize("sections", [4, pytest.param(5, marks=pytest.mark.slow), 6])
 @pytest.mark.parametrize("surface", [*SMOOTH_SURFACES, "torus"])
 def test_error_stays_within_three_deviations_with_more_curves(surface, sections):
     for draw in range(3):

@@ -15,7 +15,7 @@ from touchatlas.sim.study.cases import random_rotation
 
 FEW = settings(max_examples=12, derandomize=True, deadline=None)
 # An atlas of four touches takes a second.
-FEWER = settings(FEW, max_examples=4)
+FEWER = settings(FEW, max_examples=3)
 SEED = st.integers(0, 10**6)
 DRAW = st.integers(0, 3)
 SURFACE = st.sampled_from(["ball", "ellipsoid", "bottle_neck", "torus"])

@@ -61,8 +61,8 @@ def test_lost_contact_is_doubted_with_the_places_where_the_rim_is_unsure(count, 
 
 
 def test_a_rim_where_contact_was_lost_is_no_hole():
-    """The boundary of a bowl that twenty touches know is its rim; what is cut out is a hole."""
-    atlas = learned(cup(0.5), 20)
+    """The boundary of a bowl that fourteen touches know is its rim; what is cut out is a hole."""
+    atlas = learned(cup(0.5), 14)
     bowl = extract_surface(atlas)
     assert "holes" not in names(doubts(atlas, bowl))
     cut = bowl.only(np.linalg.norm(bowl.vertices - [0.0, 0.0, 33.0], axis=1) > 8.0)

@@ -6,8 +6,10 @@ import pytest
 
 from tests.lawful import NOISE, known_body, lawful_object
 
+NAMES = ["box", "step", "stairs", "T-slot", pytest.param("two blocks", marks=pytest.mark.slow)]
 
-@pytest.mark.parametrize("name", ["box", "step", "stairs", "T-slot", "two blocks"])
+
+@pytest.mark.parametrize("name", NAMES)
 def test_what_is_inside_by_the_faces_is_inside(name):
     """Points all over the bounding box, those within five deviations of the surface left out. On
     stairs a face is ended by one that others end in turn; on two blocks two faces face each other

@@ -78,7 +78,9 @@ def test_a_bent_rod_is_two_planes_two_cylinders_and_a_torus():
     assert Counter(kinds) == {EdgeKind.SMOOTH_RIM: 2, EdgeKind.SHARP_CONVEX: 2}
 
 
-@pytest.mark.parametrize(("name", "narrows"), [("frustum", 10.0), ("draft", 2.0)])
+@pytest.mark.parametrize(
+    ("name", "narrows"), [pytest.param("frustum", 10.0, marks=pytest.mark.slow), ("draft", 2.0)]
+)
 def test_a_frustum_is_two_planes_and_a_cone(name, narrows):
     """With its angle, that of a draft of casting as well; its ends are edges."""
     body = known_body(name, 15)

@@ -188,7 +188,7 @@ def test_only_the_last_eight_touches_count(touches):
 
 def test_errors_of_one_face_are_forgotten_when_it_becomes_six():
     """A box that begins as one face: what was learned of that says nothing of six faces."""
-    atlas = learned_from(spread_touches(make_object("cube"), 12), 0.1)
+    atlas = learned_from(spread_touches(make_object("cube"), 9), 0.1)
     assert atlas.settled > 0
     assert (atlas.innovations[:, 0] < atlas.settled).any()
 

@@ -34,7 +34,7 @@ def fitted():
     return fit_free_form(points + noise * normals, normals, NOISE, RADIUS)
 
 
-@pytest.mark.parametrize("count", [24, 30])
+@pytest.mark.parametrize("count", [24, pytest.param(30, marks=pytest.mark.slow)])
 def test_a_surface_faces_outward_where_a_sampling_plane_touches_it(count):
     """The normal of a sample may then be off by more than 40 degrees, because its contour shows
     nothing of the slope across it; those of the surface are off by a degree or two, and by more

@@ -218,8 +218,8 @@ def test_noise_that_hides_every_curve_is_a_failure_with_advice(tmp_path):
     ("command", "code"),
     [
         ("--version >&-", 0),
-        ("explore botle 2>&-", 2),
-        ("explore botle 2>/dev/full", 2),
+        ("nosuch 2>&-", 2),
+        ("nosuch 2>/dev/full", 2),
         ("--version >/dev/full", 1),
         ("objects --json | true", 1),
     ],

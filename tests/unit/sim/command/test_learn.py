@@ -135,6 +135,7 @@ def test_a_call_that_is_killed_before_its_state_is_written_loses_nothing(tmp_pat
     assert (run / "plans.json").read_bytes() == plans
 
 
+@pytest.mark.usefixtures("no_pictures", "few_judged")
 def test_next_writes_plans_and_learn_takes_more_curves(run, tmp_path):
     listed = json.loads(touchatlas("next", run, "--json", cwd=run).stdout)["plans"]
     assert [plan["number"] for plan in listed] == sorted(pending_plans(run))
@@ -146,6 +147,7 @@ def test_next_writes_plans_and_learn_takes_more_curves(run, tmp_path):
     assert load_atlas(run / "atlas.npz").point_count == before + 400
 
 
+@pytest.mark.usefixtures("no_pictures", "few_judged")
 def test_a_half_of_a_body_asks_which_side_is_outside(tmp_path):
     rng = np.random.default_rng(0)
     sphere = rng.normal(size=(600, 3))
@@ -197,6 +199,7 @@ def test_csv_answers_are_learned_and_wrong_ones_refused(tmp_path):
     ran("learn", run, "miss.csv", "--no-draw", cwd=tmp_path)
 
 
+@pytest.mark.usefixtures("no_pictures", "few_judged")
 def test_an_answer_in_another_unit_is_refused_and_the_run_goes_on(tmp_path):
     run = begun(tmp_path, "0.001")
     for _ in range(4):

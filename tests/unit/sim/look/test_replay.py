@@ -40,7 +40,9 @@ def test_the_replay_holds_every_touch_and_the_last_surface(whole_run):
     assert found["modes"][-1] == "patch" and not found["patch"][-len(last) :].any()
 
 
-@pytest.mark.parametrize(("name", "touches"), [("bottle", 4), ("cube", 4)])
+@pytest.mark.parametrize(
+    ("name", "touches"), [("bottle", 4), pytest.param("cube", 4, marks=pytest.mark.slow)]
+)
 def test_a_patch_weighs_most_at_its_own_middle(name, touches):
     obj = make_object(name)
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start())

@@ -18,7 +18,7 @@ SCANNING = RunOptions(
     max_touches=2,
     tolerance=2.0,
     fault="noise=2,moved=0.1:touch1",
-    probe=ProbeOptions(name="scanning", radius=1.5, feed=20.0),
+    probe=ProbeOptions(name="scanning", radius=1.5, feed=60.0),
 )
 
 

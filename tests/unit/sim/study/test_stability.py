@@ -150,7 +150,13 @@ def followed(case) -> list[Outcome]:
     return found
 
 
-@pytest.mark.parametrize("family", ["drift", "bad_contacts", "other_frame", "wrong_plane"])
+@pytest.mark.parametrize(
+    "family",
+    [
+        *("drift", "bad_contacts"),
+        *(pytest.param(x, marks=pytest.mark.slow) for x in ("other_frame", "wrong_plane")),
+    ],
+)
 def test_tracking_again_turns_flagged_cases_into_good_ones(family):
     """Of the hardest cases, all but one in four; the sweep of docs/stability.md has more."""
     ends = []

@@ -33,7 +33,7 @@ def test_peer_reconstructs_a_ball(name, ball):
     peer = PEERS[name]
     if not peer.present():
         pytest.skip(f"{peer.package} cannot be imported")
-    (vertices, faces), setting, seconds = best_surface(peer, *ball, 0.0, 32, ball[0])
+    (vertices, faces), setting, seconds = best_surface(peer, *ball, 0.0, 24, ball[0])
     error = np.linalg.norm(vertices, axis=1) / RADIUS - 1.0
     assert np.abs(error).max() < 0.01
     assert distances(vertices, faces, ball[0]).max() < 0.01 * RADIUS
