@@ -102,7 +102,7 @@ def test_an_atlas_under_random_changes_is_sound_and_follows_from_its_touches(tmp
     run_state_machine_as_test(
         InFolder,
         settings=settings(
-            max_examples=3,
+            max_examples=5,
             stateful_step_count=12,
             deadline=None,
             derandomize=True,

@@ -56,8 +56,7 @@ WHOLE = {"bottle": lambda: explored("bottle"), "block": lambda: explored_sharp("
     ("name", "before"),
     [
         ("bottle", 1),
-        ("block", 2),
-        pytest.param("block", 4, marks=pytest.mark.slow),
+        ("block", 4),
         pytest.param("bottle", 4, marks=pytest.mark.slow),
         pytest.param("block", 1, marks=pytest.mark.slow),
     ],
