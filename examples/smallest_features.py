@@ -51,7 +51,7 @@ def explored(name: str, feature: float, seed: int, most: int) -> str:
     body = bodies()[name]
     obj = body.make()
     tolerance = obj.tolerance if body.tolerance is None else body.tolerance * obj.diagonal
-    wanted = PlannerOptions(feature=feature * obj.diagonal or None)
+    wanted = PlannerOptions(feature=feature * obj.diagonal)
     options = RunOptions(obj.noise_std, tolerance, seed=seed, planner=wanted)
     probe_rng, _, _, planner_rng = random_streams(seed)
     begun = time.process_time()
