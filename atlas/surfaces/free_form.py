@@ -16,6 +16,8 @@ from touchatlas.atlas.surfaces.sharp_turns import SharpTurns
 WEIGHS = 0.9
 # Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot.
 _OPPOSITE = -0.3
+# Samples nearest to a point that tell its sides.
+_NEAREST = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,9 +118,31 @@ class FreeFormSurface:
     def with_own_sides(self, stds) -> "FreeFormSurface":
         """The same surface, whose own normals at the samples, of deviations (n,), tell the
         sides."""
-        found = replace(self, normals=self.at_samples[:, 1:4], stds=stds)
+        normals = self.at_samples[:, 1:4].copy()
+        stray, sides = self._strays(stds)
+        normals[stray] = sides
+        found = replace(self, normals=normals, stds=stds)
         found.__dict__["_of_samples"] = self._of_samples
         return found
+
+    def _strays(self, stds) -> tuple[np.ndarray, np.ndarray]:
+        """The samples (k,) that all samples about them face away from, and the normals (k, 3) there
+        of the surface that these are on, where it passes them as near as these, or as the
+        deviations (n,) of samples allow.
+
+        A section along the surface shows nothing of its normal.
+        """
+        off, normals = np.abs(self.at_samples[:, 0]), self.at_samples[:, 1:4]
+        near = self._samples.query(self.points, k=min(_NEAREST, len(self.points)))[1]
+        near = near.reshape(len(normals), -1)[:, 1:]
+        others = np.einsum("nkj,nj->nk", normals[near], normals)
+        stray = np.flatnonzero((others < FACING).all(axis=1))
+        if not near.size or not len(stray):
+            return stray[:0], normals[:0]
+        found = self._of_samples.some(stray).mean(normals[near[stray, 0]]).values
+        limit = np.maximum(off[near[stray]].max(axis=1), 3.0 * stds[stray])
+        on = np.abs(found[:, 0]) < limit
+        return stray[on], found[on, 1:4]
 
     @cached_property
     def rest(self) -> ResidualKriging:
@@ -255,10 +279,10 @@ class FreeFormSurface:
         return [(own, cKDTree(self.sextics.origins[own])) for own in owns]
 
     def _sides(self, points) -> Sides:
-        """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest of twelve that
+        """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest of some that
         face the other way; and the points (m,) that have such samples no more than four times as
         far away."""
-        count = min(12, len(self.points))
+        count = min(_NEAREST, len(self.points))
         away, near = (np.reshape(x, (-1, count)) for x in self._samples.query(points, k=count))
         normals = self.normals.take(near, axis=0)
         other = np.einsum("nkj,nj->nk", normals, normals[:, 0]) < _OPPOSITE

@@ -50,6 +50,23 @@ def test_a_surface_faces_outward_where_a_sampling_plane_touches_it(count):
     assert faces.min() > np.cos(np.deg2rad(20.0))
 
 
+def test_a_sample_is_on_the_side_of_those_about_it_whatever_its_normal():
+    """A normal across the surface, as of a section along it, is that of no side of a slab. Samples
+    with one are on plane faces, at the corners of a square of 30."""
+    rng = np.random.default_rng(0)
+    points, true = make_object("plate").sample(600, rng)
+    top = np.flatnonzero(true[:, 2] > 0.999)
+    corners = 15.0 * np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
+    wrong = top[cKDTree(points[top, :2]).query(corners)[1]]
+    across = np.cross(true[wrong], [0.3, 0.5, 0.8]) - 0.1 * true[wrong]
+    normals = true.copy()
+    normals[wrong] = across / np.linalg.norm(across, axis=1)[:, None]
+    noisy = points + 0.02 * rng.normal(size=points.shape)
+    own = fit_free_form(noisy, normals, 0.02, 29.0).at_samples[wrong, 1:4]
+    # Noise of 0.02 between samples 5 apart turns a plane by far less than 10 degrees.
+    assert ((own * true[wrong]).sum(axis=1) > np.cos(np.radians(10.0))).all()
+
+
 def test_a_torus_is_known_better_than_its_samples(fitted):
     """A sextic has 49 parameters and about 300 samples: two fifths of their noise, and less where
     several are averaged."""
