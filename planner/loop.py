@@ -2,14 +2,16 @@
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from touchatlas.atlas.atlas import Atlas, AtlasChange
+from touchatlas.atlas.learn import check_touch
 from touchatlas.atlas.records.touch import Touch
-from touchatlas.planner.probe_plan import ProbePlan
+from touchatlas.planner.probe_plan import ProbePlan, check_answer
 
 
 class AsksAndTells(Protocol):
@@ -66,6 +68,16 @@ def explore(
     ------
     Step
         After each touch, before the next is planned.
+
+    Raises
+    ------
+    ValueError
+        When a touch is refused: see ``check_learnable``.
+
+    Notes
+    -----
+    What ``touch`` raises, and a touch that is refused, end the loop. Atlas and planner keep all
+    touches before, and the plan stays pending: called again with both, the loop goes on with it.
     """
     tracked, number = 0.0, 0
     most = np.inf if max_touches is None else max_touches
@@ -78,8 +90,36 @@ def explore(
             return
         answer = touch(plan)
         touched = time.perf_counter()
-        change = atlas.add(answer)
+        with _pending(plan):
+            check_answer((plan,), answer, AtlasChange())
+            change = atlas.add(answer)
         planner.tell(answer, change)
         added = time.perf_counter()
         tracked, number = tracked + answer.tracked_length, number + 1
         yield Step(plan, answer, change, asked - start, touched - asked, added - touched)
+
+
+def check_learnable(atlas: Atlas, plan: ProbePlan, touch: Touch) -> None:
+    """Refuse a touch that an atlas cannot learn as the answer to a plan, before anything changes.
+
+    Raises
+    ------
+    ValueError
+        When it is no Touch, answers another plan, came from inside of the surface, or has another
+        tip or unit than what was measured so far.
+    """
+    check_answer((plan,), touch, AtlasChange())
+    check_touch(atlas, touch)
+
+
+@contextmanager
+def _pending(plan: ProbePlan) -> Iterator[None]:
+    """Let a refusal of the answer to a plan say how to go on."""
+    try:
+        yield
+    except ValueError as error:
+        error.add_note(
+            f"nothing of the answer to plan {plan.number} was learned, and the touches before it "
+            "are kept: explore with the same atlas and planner asks for this touch again"
+        )
+        raise

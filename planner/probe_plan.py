@@ -127,10 +127,11 @@ def check_answer(pending: Sequence[ProbePlan], touch: Touch, change: AtlasChange
     """
     if not pending:
         raise ValueError("no plan is open: call ask before tell")
-    if not (isinstance(touch, Touch) and isinstance(change, AtlasChange)):
+    if not isinstance(touch, Touch):
+        raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
+    if not isinstance(change, AtlasChange):
         raise ValueError(
-            f"got {type(touch).__name__} and {type(change).__name__}; give the Touch and the "
-            "AtlasChange that Atlas.add returned for it"
+            f"got {type(change).__name__}; give the AtlasChange that Atlas.add returned for it"
         )
     plan = next((plan for plan in pending if plan.number == touch.number), None)
     if plan is None:

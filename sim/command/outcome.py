@@ -55,7 +55,8 @@ def exit_code(command: Callable[[], int | None]) -> int:
         code = ExitCode.TERMINATED if isinstance(stop, Terminated) else ExitCode.INTERRUPTED
         complain("; ".join(["stopped", *getattr(stop, "__notes__", [])]), code)
     except Exception as error:
-        code = complain(f"internal error, please report it: {error!r}", ExitCode.FAILURE)
+        words = "; ".join([repr(error), *getattr(error, "__notes__", [])])
+        code = complain(f"internal error, please report it: {words}", ExitCode.FAILURE)
     return code
 
 

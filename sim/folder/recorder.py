@@ -1,6 +1,7 @@
 """The probe of a run: it repeats the touches of the journal, then goes on with new ones."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ class Recorder:
         What the journal held at the beginning.
     remedy : str
         What to try where these touches answer other plans.
+    check : function of a plan and a touch
+        Raises for a touch that cannot be learned, which is not kept.
     seconds : float, s
         Time taken by the journal, not yet reported.
     """
@@ -35,6 +38,7 @@ class Recorder:
     journal: Journal
     kept: list[Entry]
     remedy: str
+    check: Callable[[ProbePlan, Touch], None]
     seconds: float = 0.0
 
     def __call__(self, plan: ProbePlan) -> Touch:
@@ -55,6 +59,7 @@ class Recorder:
                 self.probe.restore(entry.probe)
             return entry.touch
         touch = self.probe(plan)
+        self.check(plan, touch)
         start = time.perf_counter()
         self.journal.append(plan, touch, self.probe.state())
         self.seconds += time.perf_counter() - start

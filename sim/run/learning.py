@@ -8,11 +8,10 @@ from contextlib import closing
 
 import numpy as np
 
-from touchatlas.atlas import AtlasChange, Scan, Touch, TouchStatus
+from touchatlas.atlas import Scan, Touch, TouchStatus
 from touchatlas.atlas.files import write_whole
-from touchatlas.atlas.learn import check_touch
 from touchatlas.planner import ProbePlan
-from touchatlas.planner.probe_plan import check_answer
+from touchatlas.planner.loop import check_learnable
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.plan_files import plans_csv, plans_json
 from touchatlas.sim.folder.run_folder import new_run, replace_run
@@ -100,8 +99,7 @@ def learn_more(
             for touch in touches:
                 watcher.begins(f"learning the answer to plan {touch.number}")
                 # What is in the journal must be learned, also by another call.
-                check_touch(run.atlas, touch)
-                check_answer(run.planner.pending, touch, AtlasChange(touch=touch.number))
+                check_learnable(run.atlas, run.pending[touch.number], touch)
                 journal.append(run.pending[touch.number], touch)
                 refused.append(run.add(touch).refused)
                 run.save()

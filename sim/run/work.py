@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from touchatlas.atlas.store import atlas_bytes
 from touchatlas.patch.entry_points import PLANNERS, load_added
 from touchatlas.patch.words import count_of
 from touchatlas.planner import Planner, Step, explore, planner_of
+from touchatlas.planner.loop import check_learnable
 from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.journal import Entry, Journal
 from touchatlas.sim.folder.kept_settings import kept_settings
@@ -145,13 +147,17 @@ class Work:
     @contextmanager
     def _atlas_kept(self) -> Iterator[None]:
         """Write the atlas of the last touch that was learned, if the block is cut short: while a
-        touch is learned the atlas itself is in pieces."""
+        touch is learned the atlas itself is in pieces. What a probe raises, and what is refused of
+        its touches, says how to go on."""
         try:
             yield
-        except KeyboardInterrupt:
+        except (Exception, KeyboardInterrupt) as error:
             if self.learned and len(self.progress.rows) >= len(self.kept):
                 with suppress(OSError):
                     write_whole(self.folder / "atlas.npz", self.learned)
+                if not isinstance(error, KeyboardInterrupt | OSError):
+                    kept = count_of(len(self.progress.rows), "touch is", "touches are")
+                    error.add_note(f"{kept} kept, touchatlas resume {self.folder} goes on")
             raise
 
     def _noticed(self) -> None:
@@ -188,7 +194,8 @@ class Work:
         """Carry out the touches, each written before it is learned; returns why they ended."""
         options, start, done = self.options, time.perf_counter(), len(self.kept)
         with self._journal() as journal:
-            recorder = Recorder(self.probe, journal, self.kept, self._remedy)
+            check = partial(check_learnable, self.atlas)
+            recorder = Recorder(self.probe, journal, self.kept, self._remedy, check)
             if not done:
                 journal.keep_settings(kept_settings(self.settings))
             words = f"repeating {count_of(done, 'touch')} of the journal"

@@ -7,7 +7,14 @@ import pytest
 
 from tests.explored import missed
 from touchatlas.atlas import Atlas, load_atlas, save_atlas
-from touchatlas.planner import Planner, PlannerOptions, StopReason, load_planner, save_planner
+from touchatlas.planner import (
+    Planner,
+    PlannerOptions,
+    StopReason,
+    explore,
+    load_planner,
+    save_planner,
+)
 from touchatlas.sim import Probe, make_object
 
 
@@ -189,6 +196,34 @@ def test_an_approach_that_points_into_the_surface_is_refused():
     with pytest.raises(ValueError, match="approach of touch 0 points into the surface .* give the"):
         planner.tell(inward, Atlas(0.1).add(inward))
     answered(atlas, planner, touch)
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "said"),
+    [
+        (lambda touch: replace(touch, tip_radius=1.0), "has a tip radius of 1"),
+        (lambda touch: replace(touch, approach=-touch.approach, way=None), "points into the surf"),
+        (lambda touch: replace(touch, number=7), "answers plan 7, but plan 1 is open"),
+        (lambda touch: None, "got NoneType; give a Touch"),
+        (lambda touch: 1 / 0, "division by zero"),
+    ],
+)
+def test_a_touch_that_ends_the_loop_changes_nothing_and_is_asked_for_again(spoiled, said):
+    """What follows is that of the loop without it; the robot touches that place once more."""
+    found = []
+    for wrong in (spoiled, None):
+        atlas, planner, probe = begun()
+        list(explore(atlas, planner, probe, 1))
+        if wrong:
+            state = probe.state()
+            with pytest.raises((ValueError, ZeroDivisionError), match=said) as end:
+                list(explore(atlas, planner, lambda plan, p=probe, w=wrong: w(p(plan)), 1))
+            probe.restore(state)
+            notes = getattr(end.value, "__notes__", ["asks for this touch again"])
+            assert "asks for this touch again" in notes[0] and atlas.touches == 1
+        list(explore(atlas, planner, probe, 2))
+        found.append(atlas.pool.points)
+    assert np.array_equal(*found)
 
 
 def test_a_planner_is_refused_beside_another_atlas(tmp_path):

@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from touchatlas.atlas import load_atlas
 from touchatlas.patch.entry_points import added
 from touchatlas.planner import Planner, PlannerOptions, StopReason, explore
 from touchatlas.sim import RunOptions, make_object, object_names
 from touchatlas.sim.machine.options import ProbeOptions
 from touchatlas.sim.machine.simulated_probe import probe_of
 from touchatlas.sim.recorded.fit_file import fit_file
+from touchatlas.sim.run.exploration import resume_exploration, run_exploration
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.tradeoff import measure_cell
 
@@ -44,6 +46,19 @@ def deaf(obj, options, rng):
     from touchatlas.sim import Probe
     return Probe(obj, 0.0, rng)
 
+class Unlike:
+    # Says once that its touches hold centres of a ball.
+    wrong = True
+
+    def __init__(self, obj, options, rng):
+        from touchatlas.sim import Probe
+        self.probe = Probe(obj, options.noise, rng)
+        self.state, self.restore = self.probe.state, self.probe.restore
+
+    def __call__(self, plan):
+        from dataclasses import replace
+        return replace(self.probe(plan), tip_radius=float(self.wrong and plan.number == 1))
+
 def tetrahedron(seed):
     points = 10.0 * np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
     return points, np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
@@ -58,6 +73,7 @@ broken = added_package:nothing_there
 ours_again = added_package:ours_again
 [touchatlas.probes]
 deaf = added_package:deaf
+unlike = added_package:Unlike
 [touchatlas.objects]
 tetrahedron = added_package:tetrahedron
 """
@@ -139,6 +155,17 @@ def test_a_probe_has_a_name():
     atlas, planner = begin(options, obj, np.random.default_rng(0))
     touch = probe_of(options, obj, np.random.default_rng(0))(planner.ask(atlas))
     assert np.linalg.norm(touch.contact) == pytest.approx(33.0, rel=1e-9)  # no noise
+
+
+@pytest.mark.usefixtures("package", "no_pictures", "few_judged")
+def test_a_run_keeps_all_before_a_touch_that_is_refused_and_goes_on(tmp_path):
+    options = RunOptions(0.1, 1.0, max_touches=2, probe=ProbeOptions("unlike"))
+    with pytest.raises(ValueError, match="has a tip radius of 1") as end:
+        run_exploration(make_object("sphere"), tmp_path / "run", options)
+    assert end.value.__notes__ == [f"1 touch is kept, touchatlas resume {tmp_path / 'run'} goes on"]
+    assert load_atlas(tmp_path / "run" / "atlas.npz").touches == 1
+    sys.modules["added_package"].Unlike.wrong = False
+    assert resume_exploration(tmp_path / "run").numbers["touches"] == 2
 
 
 @pytest.mark.usefixtures("package")
