@@ -88,7 +88,6 @@ def learn_more(
     """
     with opened(path) as run:
         _check_answers(run, touches)
-        refused = []
         with closing(Journal(run.journal)) as journal:
             for scan in scans:
                 watcher.begins("learning the points")
@@ -96,18 +95,33 @@ def learn_more(
                 if change.refused:
                     raise ValueError(change.refused)
                 journal.append_scan(scan)
-            for touch in touches:
-                watcher.begins(f"learning the answer to plan {touch.number}")
-                # What is in the journal must be learned, also by another call.
-                check_learnable(run.atlas, run.pending[touch.number], touch)
-                journal.append(run.pending[touch.number], touch)
-                refused.append(run.add(touch).refused)
-                run.save()
+            refused = _learn_answers(run, journal, touches, watcher)
         run.save()
-        refused = [words for words in refused if words]
         if not draw:
             return Learned(run.folder, {}, None, refused)
         return write_files(run, watcher, refused)
+
+
+def _learn_answers(
+    run: LearningRun, journal: Journal, touches: Sequence[Touch], watcher: Watcher
+) -> list[str]:
+    """Learn answers to pending plans one by one; why some of them taught nothing."""
+    refused = []
+    for place, touch in enumerate(touches):
+        watcher.begins(f"learning the answer to plan {touch.number}")
+        # What is in the journal must be learned, also by another call.
+        try:
+            check_learnable(run.atlas, run.pending[touch.number], touch)
+        except ValueError as error:
+            before = ", ".join(str(one.number) for one in touches[:place])
+            kept = f", answers to {before} are learned: leave them out" if before else ""
+            error.add_note(f"plan {touch.number} stays pending{kept}")
+            raise
+        journal.append(run.pending[touch.number], touch)
+        if words := run.add(touch).refused:
+            refused.append(f"the answer to plan {touch.number} taught nothing: {words}")
+        run.save()
+    return refused
 
 
 def plans_of(path, count: int) -> tuple[tuple[ProbePlan, ...], str, str]:

@@ -1,11 +1,12 @@
 """next and learn, one call each touch, explore as explore does: same touches, same atlas."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.command import ran
+from tests.command import assert_refused, ran, touchatlas
 from touchatlas.sim import Journal, Probe, make_object
 from touchatlas.sim.folder.plan_files import touch_as_dict
 from touchatlas.sim.run.learning import pending_plans
@@ -58,3 +59,29 @@ def test_next_and_learn_explore_as_explore_does(tmp_path, name, noise, tolerance
             assert a.points.tobytes() == b.points.tobytes() and a.ends == b.ends
     ran("learn", other, cwd=tmp_path)
     assert (one / "atlas.npz").read_bytes() == (other / "atlas.npz").read_bytes()
+
+
+def test_of_several_answers_those_before_a_refused_one_are_learned_and_it_is_told(tmp_path):
+    """A first one that is too short teaches nothing, which is said; of two more the second has
+    another tip, and its plan stays pending."""
+    obj, run = make_object("sphere"), tmp_path / "run"
+    probe = Probe(obj, 0.12, random_streams(0)[0])
+    begin = "next", run, "--start=0,0,33", "--outward=0,0,1", "--noise=0.12", "--tolerance=0.6"
+    ran(*begin, cwd=tmp_path)
+    touch = probe(next(iter(pending_plans(run).values())))
+    short = tuple(replace(c, points=c.points[:2]) for c in touch.contours)
+    answer = tmp_path / "answer.json"
+    for wrong, said in (
+        ({"contours": short}, "the answer to plan 0 taught nothing: contours of 5 points or more"),
+        ({}, ""),
+    ):
+        touch = probe(next(iter(pending_plans(run).values())))
+        answer.write_text(json.dumps([touch_as_dict(replace(touch, **wrong))]))
+        assert said in ran("learn", run, answer, "--no-draw", cwd=tmp_path).stderr
+        ran("next", run, "--count", 2, cwd=tmp_path)
+    first, second = map(probe, pending_plans(run).values())
+    held = [touch_as_dict(first), touch_as_dict(replace(second, tip_radius=1.0))]
+    answer.write_text(json.dumps(held))
+    said = "plan 3 stays pending, answers to 2 are learned: leave them out"
+    assert_refused(touchatlas("learn", run, answer, "--no-draw", cwd=tmp_path), 2, said)
+    assert list(pending_plans(run)) == [3]
