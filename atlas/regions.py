@@ -131,7 +131,7 @@ def learn_region(
         change = atlas.add(touches[place])
         if place in own:
             spans.append((before, _counts(atlas)))
-            refused += [change.refused] if change.refused else []
+            refused += [f"touch {change.touch}: {change.refused}"] if change.refused else []
     if not atlas.known_body.is_one_face:
         atlas.finish()
     numbers = {touches[place].number for place in own}

@@ -39,7 +39,7 @@ from touchatlas.sim.study.taken_folder import check_replaced, remove_files
 from touchatlas.sim.study.workers import WorkOptions
 from touchatlas.sim.world.objects import file_digest
 
-COLUMNS = ("region", "file", "touches", "refused", "samples", "digest", "ended")
+COLUMNS = ("region", "file", "touches", "refused", "why", "samples", "digest", "ended")
 # What is made of the regions, beside their own files.
 FILES = ("run.toml", "atlas.npz", "surface.ply", "regions.csv", "times.csv", LEDGER)
 
@@ -196,6 +196,7 @@ def measure_region(
     found = {
         "touches": str(len(own)),
         "refused": str(len(refused)),
+        "why": "; ".join(refused),
         "samples": str(len(part.of)),
         "digest": file_digest(Path(folder) / name),
         "seconds": f"{time.process_time() - begun:.1f}",

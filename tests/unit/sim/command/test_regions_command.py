@@ -3,6 +3,7 @@
 import json
 import shutil
 from contextlib import closing
+from csv import DictReader
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def test_regions_of_a_run_become_one_atlas_as_sure_as_its_own(run):
     assert json.loads(judged.stdout)["met"] and json.loads(judged.stdout)["unit"] == "mm"
 
 
-def test_a_run_that_met_nothing_has_no_regions_and_says_where_they_are_listed(run):
+def test_a_run_that_met_nothing_has_no_regions_and_the_list_of_them_says_why(run):
     (run / "unmet").mkdir()
     shutil.copy(run / "a/run.toml", run / "unmet")
     up, at = np.array([0.0, 0.0, 1.0]), np.zeros(3)
@@ -50,6 +51,8 @@ def test_a_run_that_met_nothing_has_no_regions_and_says_where_they_are_listed(ru
         journal.append(plan, Touch(0, at, up, (), TouchStatus.NO_CONTACT, 0.0, 0.0))
     done = touchatlas("regions", "unmet", "--workers", "0", cwd=run)
     assert_refused(done, 2, "unmet/regions/regions.csv lists; give a larger --tolerance")
+    [row] = DictReader((run / "unmet/regions/regions.csv").read_text().splitlines())
+    assert row["why"] == "touch 0: the probe reported: no contact" and row["refused"] == "1"
 
 
 @pytest.mark.parametrize(
