@@ -12,8 +12,10 @@ from touchatlas.planner.tracking.options import Tip
 _MILLIMETRES = {"um": 1e-3, "cm": 10.0, "m": 1e3, **MILLIMETRES}
 
 
-def probe_toml(found: Qualification, ball_radius: float, unit: str, source: str) -> str:
-    """The text of probe.toml.
+def probe_toml(
+    found: Qualification, ball_radius: float, unit: str, source: str, machine: str = ""
+) -> str:
+    """The text of probe.toml; ``machine`` is what holds the probe where it is simulated.
 
     The table ``tip`` is what drivers take, the table ``qualified`` what a reader wants to know; the
     rest are options of an exploration that is simulated. Lengths are in the unit, forces in N.
@@ -30,6 +32,7 @@ def probe_toml(found: Qualification, ball_radius: float, unit: str, source: str)
     lines += [f'unit = "{unit}"'] if unit else []
     lines += [f"noise = {found.tip.noise_std!r}", "", "[probe]"]
     lines += [f'name = "{"trigger" if found.form_scan is None else "scanning"}"']
+    lines += [f'machine = "{machine}"'] if machine else []
     lines += [f"radius = {found.tip.radius!r}"]
     lines += ["", "[tip]", *(f"{name} = {value!r}" for name, value in known_of(found).items())]
     known = {name: value for name, value in qualified.items() if value is not None}

@@ -92,7 +92,7 @@ def qualify(
     least
         Readings with less force, in N, are not in contact.
     machine
-        That holds a simulated probe: arm, or measuring.
+        That holds the probe where it is simulated: arm, or measuring.
     seed
         Of its noise, and of what its tip truly is.
     unit
@@ -143,7 +143,7 @@ def qualify(
     else:
         found = qualify_points(held, ball, **known)
     source = f"touchatlas qualify {points.name}, {count_of(found.points, 'point')}"
-    write_whole(out, probe_toml(found, ball, unit, source).encode())
+    write_whole(out, probe_toml(found, ball, unit, source, machine).encode())
     _print(found, unit, out, json_)
     return 0
 

@@ -73,12 +73,22 @@ def updated(record, table: dict, source: str, path: tuple[str, ...] = ()):
             hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(hints)}"
             raise ValueError(f"{source} has {name}, which is no option; {hint}")
         if is_dataclass(inner := getattr(record, key)):
-            if not isinstance(value, dict):
-                raise ValueError(f"{source} has {name} = {value!r}; it must be a table of options")
-            new[key] = updated(inner, value, source, (*path, key))
+            given = _as_options(inner, value, f"{source} has {name}")
+            new[key] = updated(inner, given, source, (*path, key))
         else:
             new[key] = _typed(value, _kind(hints[key]), f"{source}: {name}")
     return replace(record, **new)
+
+
+def _as_options(record, value, what: str) -> dict:
+    """A table of options; text is the name of the kind, as that of a flag is."""
+    named = any(field.name == "name" for field in fields(record))
+    if named and isinstance(value, str):
+        return {"name": value}
+    if not isinstance(value, dict):
+        also = ", or text, its name" if named else ""
+        raise ValueError(f"{what} = {value!r}; it must be a table of options{also}")
+    return value
 
 
 def read_options(path, record, ignored: tuple[str, ...] = ()):
@@ -103,7 +113,11 @@ def read_options(path, record, ignored: tuple[str, ...] = ()):
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} cannot be read as TOML ({error}); correct it") from None
-    return updated(record, {k: v for k, v in table.items() if k not in ignored}, str(path))
+    try:
+        return updated(record, {k: v for k, v in table.items() if k not in ignored}, str(path))
+    except ValueError as error:
+        own = str(error).startswith(str(path))
+        raise error if own else ValueError(f"{path}: {error}") from None
 
 
 def nested(flat: dict[tuple[str, ...], Any]) -> dict:

@@ -191,7 +191,10 @@ def _unit(options: RunOptions, obj) -> str | None:
     """The unit of an object: what its file names, or what the user says; None where none does."""
     own = "mm" if isinstance(obj, ImplicitObject) else obj.unit
     if own and options.unit not in (None, own):
-        raise ValueError(f"unit is {options.unit}, but {obj.name} is in {own}; leave --unit out")
+        raise ValueError(
+            f"unit is {options.unit}, but {obj.name} is in {own}; give all lengths in {own}, and "
+            "leave --unit out"
+        )
     if not own:
         obj.unit = options.unit or ""
     return options.unit or own or None

@@ -8,6 +8,9 @@ import pytest
 from tests.command import assert_refused, ran, touchatlas
 from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.planner.drivers.qualification import pattern_1x25
+from touchatlas.sim import RunOptions
+from touchatlas.sim.folder.option_tables import read_options
+from touchatlas.sim.run.exploration import NO_OPTIONS
 
 BALL, TIP, STIFFNESS = 12.5, 1.0, 2.0
 
@@ -70,7 +73,8 @@ def test_a_simulated_trigger_is_qualified(folder):
     found = json.loads(done.stdout)
     assert found["radius"] == pytest.approx(2.0 - 0.01 - 0.0025, abs=5 * found["radius_std"] + 2e-3)
     assert 0.004 < found["P_Form.Sph.1x25"] < 0.03
-    assert '[probe]\nname = "trigger"' in (folder / "trigger.toml").read_text()
+    probe = read_options(folder / "trigger.toml", RunOptions(), NO_OPTIONS).probe
+    assert (probe.name, probe.machine, probe.radius) == ("trigger", "measuring", found["radius"])
 
 
 @pytest.mark.slow

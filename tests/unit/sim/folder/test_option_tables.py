@@ -35,6 +35,14 @@ def test_a_record_comes_back_from_its_file(record, tmp_path):
     assert read_options(path, RunOptions(), ("object", "versions")) == record
 
 
+def test_text_in_place_of_a_table_is_the_name_of_its_kind(tmp_path):
+    """As it is with flags, where --probe is the name and --probe.feed one of its options."""
+    path = tmp_path / "own.toml"
+    path.write_text('probe = "trigger"\nplanner = "random"\n')
+    found = read_options(path, RunOptions())
+    assert (found.probe.name, found.planner.name) == ("trigger", "random")
+
+
 def test_differences_are_what_was_changed():
     assert differences(OTHER, RunOptions()) == {
         "noise": 0.5,
@@ -51,7 +59,12 @@ def test_differences_are_what_was_changed():
     [
         ("curves = 4", "has curves, which is no option; there are noise"),
         ("tolerence = 0.1", "has tolerence, which is no option; did you mean tolerance"),
-        ("planner = 3", "planner = 3; it must be a table"),
+        ("planner = 3", "planner = 3; it must be a table of options, or text, its name"),
+        ("atlas = 'fine'", "atlas = 'fine'; it must be a table of options"),
+        (
+            "probe = 'wheel'",
+            "o.toml: name is 'wheel'; it must be one of ideal, scanning, trigger",
+        ),
         ("[planner]\ncurves = 4.0", "planner.curves is 4.0; it must be a whole number"),
         ("[planner]\ncurves = true", "planner.curves is True; it must be a whole number"),
         ("[planner]\ncurves = 1", "curves is 1"),

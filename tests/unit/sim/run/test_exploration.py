@@ -64,7 +64,9 @@ def steps_of(folder):
 
 
 def test_an_object_that_has_a_unit_takes_no_other(tmp_path):
-    with pytest.raises(ValueError, match="unit is m, but sphere is in mm; leave --unit out"):
+    with pytest.raises(
+        ValueError, match="unit is m, but sphere is in mm; give all lengths in mm, "
+    ):
         run_exploration(make_object("sphere"), tmp_path / "r", RunOptions(unit="m"))
     with pytest.raises(ValueError, match="unit is 'parsec'; it must be one of"):
         RunOptions(unit="parsec")
