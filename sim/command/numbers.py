@@ -101,10 +101,15 @@ def sentences(numbers: dict) -> list[str]:
 
 
 def ending(numbers: dict) -> str | None:
-    """Why an exploration ended; None of a surface that was not explored."""
+    """Why an exploration ended, after which time of its machine; None of a surface that was not
+    explored."""
     if not {"ended", "touches"} <= {*numbers}:
         return None
-    return f"Ended after {count_of(numbers['touches'], 'touch')}: {numbers['ended']}."
+    touches, seconds = numbers["touches"], numbers.get("machine_seconds")
+    words = f"Ended after {count_of(touches, 'touch')}"
+    if touches and seconds:
+        words += f" and {seconds:,.1f} s of the machine, {seconds / touches:,.1f} s a touch"
+    return f"{words}: {numbers['ended']}."
 
 
 def allowed_places(numbers: dict) -> str | None:

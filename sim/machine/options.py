@@ -28,7 +28,7 @@ class ProbeOptions:
     radius : float, length, optional
         Of the ball, in the file's unit (mm for built-in objects); 2 mm by default.
     feed : float, length/s, optional
-        Along the surface, or toward it; 10 mm/s by default.
+        Along the surface, by default 10 mm/s, or of a trigger toward it, 5 mm/s.
     points : int
         Of each arm of a contour, for a trigger.
     normals : bool

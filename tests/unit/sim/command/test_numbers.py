@@ -8,7 +8,13 @@ import trimesh
 
 from tests.command import touchatlas
 from touchatlas.planner import StopReason
-from touchatlas.sim.command.numbers import allowed_places, print_numbers, sentences, unit_hint
+from touchatlas.sim.command.numbers import (
+    allowed_places,
+    ending,
+    print_numbers,
+    sentences,
+    unit_hint,
+)
 from touchatlas.sim.judge.judgement import verdict
 
 
@@ -64,6 +70,16 @@ def test_a_missing_hole_is_told_in_the_sentence_that_says_met():
     assert words.startswith("The tolerance 0.1 is met, but with other holes than the object has:")
     assert "Its Euler characteristic is 2, that of the object 0" in words
     assert "holes" not in verdict(found | holes | {"true_euler_characteristic": None})
+
+
+def test_the_time_of_a_machine_is_told_with_the_end():
+    """Of a probe without one it is null."""
+    ended = {"touches": 2, "ended": "max_touches reached", "machine_seconds": 1234567.0}
+    slow = "Ended after 2 touches and 1,234,567.0 s of the machine, 617,283.5 s a touch: max_"
+    assert ending(ended).startswith(slow)
+    assert (
+        ending(ended | {"machine_seconds": None}) == "Ended after 2 touches: max_touches reached."
+    )
 
 
 def test_open_places_of_a_known_surface_are_explained():
