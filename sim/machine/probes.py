@@ -184,12 +184,7 @@ def machine_probe(
     tip = Tip(stiffness_std=loose, radius_std=off, force_std=force).in_unit(millimetre)
     if options.radius is not None:
         tip = replace(tip, radius=options.radius)
-    if tip.radius < _LEAST * tip.radius_std:
-        raise ValueError(
-            f"--probe.radius is {tip.radius:g}, but this machine knows a radius to "
-            f"{tip.radius_std:.2g}; give {_LEAST * tip.radius_std:.2g} or more"
-            + (", or --probe.machine measuring" if options.machine == ARM else "")
-        )
+    _check_ball(tip.radius, tip.radius_std, options.machine, obj)
     radius = tip.radius + tip.radius_std * wide
     if options.name == SCANNING:
         tip = replace(tip, noise_std=noise)
@@ -208,6 +203,22 @@ def machine_probe(
     return TriggerProbe(feet, switch, tip, points, home, rng)
 
 
+def _check_ball(radius: float, std: float, machine: str, obj) -> None:
+    """ValueError for a radius with a standard deviation, lengths, that no ball before an object
+    has."""
+    if radius < _LEAST * std:
+        raise ValueError(
+            f"--probe.radius is {radius:g}, but this machine knows a radius to {std:.2g}; give "
+            f"{_LEAST * std:.2g} or more"
+            + (", or --probe.machine measuring" if machine == ARM else "")
+        )
+    if radius > obj.diagonal:
+        raise ValueError(
+            f"--probe.radius is {radius:g}, but {obj.name} has a diagonal of {obj.diagonal:.4g}; "
+            "give a smaller ball"
+        )
+
+
 def _switch(options: ProbeOptions, tip: Tip, radius, noise, millimetre) -> tuple[Switch, Tip]:
     """A trigger as it truly is, and what is known of its tip."""
     switch = Switch().in_unit(millimetre)
@@ -215,6 +226,11 @@ def _switch(options: ProbeOptions, tip: Tip, radius, noise, millimetre) -> tuple
     switch = replace(switch, radius=radius, noise_std=noise, feed=feed)
     # In the mean a switch opens late, by which the ball seems smaller.
     late = 0.5 * feed * switch.period + switch.travel
+    if not late < tip.radius:
+        raise ValueError(
+            f"--probe.feed is {feed:g}, with which the switch opens {late:.3g} past the contact, "
+            f"but the ball has a radius of {tip.radius:.3g}; give a slower feed"
+        )
     spread = np.hypot(feed * switch.period / np.sqrt(12.0), switch.lobes / np.sqrt(2.0))
     tip = replace(
         tip,

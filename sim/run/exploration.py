@@ -87,8 +87,10 @@ def run_exploration(
     options = completed(options, obj)
     with new_run(out, force) as folder:
         settings = {"object": obj.source, "digest": digest_of(obj), **as_table(options)}
+        # What is refused there leaves no run behind.
+        work = Work(obj, folder, options, settings, phases, watcher)
         write_settings(folder, settings)
-        return Work(obj, folder, options, settings, phases, watcher).carry_out()
+        return work.carry_out()
 
 
 def resume_exploration(

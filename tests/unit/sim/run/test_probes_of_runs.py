@@ -89,6 +89,22 @@ def test_an_option_that_a_probe_has_is_taken():
     check_used(ProbeOptions(name="trigger", points=3))
 
 
+@pytest.mark.parametrize(
+    "probe, said",
+    [
+        ({"radius": 0.005}, "--probe.radius is 0.005, but this machine knows a radius to 0.002"),
+        ({"radius": 500.0}, "--probe.radius is 500, but sphere has a diagonal of 114.3"),
+        ({"feed": 5000.0}, "--probe.feed is 5000, with which the switch opens 2.51 past the cont"),
+    ],
+)
+def test_a_ball_that_no_machine_has_is_refused_and_leaves_no_run(tmp_path, probe, said):
+    """A switch opens half a period of 1 ms, and 0.01 mm, late: 2.51 mm at 5000 mm/s."""
+    options = RunOptions(probe=ProbeOptions("trigger", **probe))
+    with pytest.raises(ValueError, match=said):
+        run_exploration(make_object("sphere"), tmp_path / "r", options)
+    assert not (tmp_path / "r" / "run.toml").exists()
+
+
 def test_a_fault_that_never_began_is_said(tmp_path):
     words = "explore", "sphere", "--tolerance", 2, "--max-touches", 1, "--out", "r"
     for fault, said in (("noise=3:touch9", True), ("noise=3:touch0", False)):
