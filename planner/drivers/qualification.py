@@ -21,7 +21,8 @@ from touchatlas.planner.tracking.options import Tip
 LEAST_POINTS = 6
 # Half of the angle between neighbours of the pattern, rad: a point within it belongs to one place.
 _NEAR = np.radians(11.25)
-# Standard deviations by which a compliance has to differ from 0 to count as measured.
+# Standard deviations by which a compliance has to differ from 0 to count as measured, and residuals
+# from white ones to be told.
 _SIGNIFICANT = 3.0
 
 
@@ -270,6 +271,7 @@ def qualify(
         )
     white, common, several = _noise(ball.residuals, rms, scanned)
     spread = rms * np.sqrt(ball.covariance[3, 3] * several)
+    said += [] if scanned else _missed_alike(ball, rms)
     centres = np.asarray(points) + ball.compliance * (0.0 if forces is None else forces)
     form = None if scanned else form_1x25(centres, ball, axis)
     if form is None and not scanned:
@@ -334,6 +336,21 @@ def _with_stiffness(points, forces, stiffness, stiffness_std: float, said: list[
         )
     said.append(f"{words}: the stated one is kept")
     return fit_ball(points, forces, 1.0 / stiffness), stiffness, stiffness_std
+
+
+def _missed_alike(ball: Ball, rms: float) -> list[str]:
+    """That successive points miss their ball together, in a sentence; none where chance or rounding
+    explains it. The ratio of von Neumann (1941) of n white residuals is 2, give or take two over
+    the root of n."""
+    if rms <= np.sqrt(np.finfo(float).eps) * ball.radius:
+        return []
+    white, _, _ = _noise(ball.residuals, rms, True)
+    if (1.0 - (white / rms) ** 2) * np.sqrt(len(ball.residuals)) <= _SIGNIFICANT:
+        return []
+    return [
+        f"points one after the other miss their ball alike, by {rms:.3g} where their own noise is "
+        f"{white:.3g}: see that all are on one ball, and that it held still"
+    ]
 
 
 def _noise(residuals, rms: float, scanned: bool) -> tuple[float, float, float]:

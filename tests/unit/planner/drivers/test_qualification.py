@@ -173,3 +173,18 @@ def test_what_is_stated_of_a_probe_has_to_be_possible(known, words):
     u = pattern_1x25([0.0, 0.0, 1.0])
     with pytest.raises(ValueError, match=words):
         qualify((BALL + TIP) * u, BALL, 0.4 * u, **({"stiffness": 2.0} | known))
+
+
+def test_points_of_a_body_that_is_no_ball_are_doubted():
+    """An ellipsoid of axes 13, 13.5 and 14 is off by a hundred times the noise, in waves; points of
+    a ball in any order, with noise or but rounded, are not doubted."""
+    rng, along = np.random.default_rng(0), np.linspace(0.0, 20.0, 100)
+    polar = 0.5 * along / along[-1] * np.pi
+    rings = np.stack(
+        [np.sin(polar) * np.cos(along), np.sin(polar) * np.sin(along), np.cos(polar)], 1
+    )
+    noise = 0.003 * rng.normal(size=rings.shape)
+    body = qualify([13.0, 13.5, 14.0] * rings + noise, BALL)
+    assert any("miss their ball alike" in sentence for sentence in body.said)
+    for points in (13.5 * rings, 13.5 * rings + noise):
+        assert not any("alike" in sentence for sentence in qualify(points, BALL).said)
