@@ -1,6 +1,7 @@
 """touchatlas qualify: the command."""
 
 import json
+from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,7 @@ from rich.table import Table
 
 from touchatlas.atlas.files import write_whole
 from touchatlas.patch.words import count_of
+from touchatlas.planner.drivers.bags import is_bag
 from touchatlas.planner.drivers.probe_file import known_of, probe_toml
 from touchatlas.planner.drivers.qualification import Qualification
 from touchatlas.planner.drivers.qualification import qualify as qualify_points
@@ -27,7 +29,7 @@ from touchatlas.sim.machine.options import ARM, MEASURING, SCANNING, TRIGGER
 from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
-from touchatlas.sim.recorded.recorded_arms import recording_of
+from touchatlas.sim.recorded.recorded_arms import is_recording, recording_of
 from touchatlas.sim.world.units import UNITS
 
 Vector = Annotated[str, Parameter(allow_leading_hyphen=True)]
@@ -123,6 +125,7 @@ def qualify(
         check_number(flag, value, or_zero=True)
     known: dict[str, Any] = {"ball_std": ball_std, "radius": radius, "stiffness": stiffness}
     known |= {"stiffness_std": stiffness_std, "axis": _direction(axis)}
+    _check_used(points, {"columns": columns, "pose": pose, "wrench": wrench, "tool": tool})
     held: Recording | np.ndarray | None
     if str(points) in SIMULATED:
         if unit not in ("", "mm"):
@@ -146,6 +149,23 @@ def qualify(
     write_whole(out, probe_toml(found, ball, unit, source, machine).encode())
     _print(found, unit, out, json_)
     return 0
+
+
+def _check_used(points: Path, given: dict[str, str]) -> None:
+    """ValueError for a flag that what is measured has not."""
+    if str(points) in SIMULATED:
+        kind, own = "a simulated probe", ()
+    elif is_bag(points):
+        kind, own = "a bag", ("pose", "wrench", "tool")
+    elif is_recording(points):
+        kind, own = "text with forces", ()
+    else:
+        kind, own = "a file of points", ("columns",)
+    for name, value in given.items():
+        if name not in own and value != signature(qualify).parameters[name].default:
+            raise ValueError(
+                f"--{name} is {value!r}, but {points} is {kind}, which has none; leave it out"
+            )
 
 
 def _simulated(name: str, machine: str, ball: float, seed: int) -> Recording | np.ndarray:

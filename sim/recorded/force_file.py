@@ -68,6 +68,11 @@ def read_force_file(path, unit: str = "") -> Recording:
     if (np.diff(seconds) < 0.0).any():
         line = table.lines[int((np.diff(seconds) < 0.0).argmax()) + 1]
         raise ValueError(f"{path}, line {line}: the time is earlier than in the line before")
+    if rising.sum() < 2:
+        raise ValueError(
+            f"{path} has one time only, {seconds[0]:g} s; record with a clock that tells readings "
+            "apart"
+        )
     named = [columns.names[i] for i in places]
     said = [f"time, position and force are {', '.join(named)}"]
     if not rising.all():

@@ -38,6 +38,8 @@ def folder(tmp_path_factory):
     write(folder / "even.csv", "time,x,y,z,fx,fy,fz", np.hstack([rows[:, :4], 0.4 * n]))
     write(folder / "back.csv", "time,x,y,z,fx,fy,fz", rows[200::-1])
     write(folder / "clockless.csv", "x,y,z,fx,fy,fz", rows[:200, 1:])
+    still = np.hstack([np.full((9, 1), 3.0), rows[:9, 1:]])
+    write(folder / "still.csv", "time,x,y,z,fx,fy,fz", still)
     return folder
 
 
@@ -112,6 +114,11 @@ def test_help_says_what_is_measured(folder):
         (("trigger", "--ball", 12.5, "--machine", "arms"), "machine is 'arms'"),
         (("trigger", "--ball", 12.5, "--unit", "m"), "simulated probes are in mm"),
         (("back.csv", "--ball", 12.5), "line 3: the time is earlier"),
+        (("still.csv", "--ball", 12.5), "still.csv has one time only, 3 s"),
+        (("trigger", "--ball", 12.5, "--tool", "1,2"), "--tool is '1,2', but trigger is a simul"),
+        (("scan.csv", "--ball", 12.5, "--tool", "0,0,9"), "but scan.csv is text with forces, wh"),
+        (("scan.csv", "--ball", 12.5, "--columns", "x=1"), "--columns is 'x=1', but scan.csv is"),
+        (("points.csv", "--ball", 12.5, "--pose", "/p"), "but points.csv is a file of points, wh"),
         (("clockless.csv", "--ball", 12.5), "no column of time"),
         (("points.csv", "--ball", 12.5, "--out", "none/p.toml"), "none is not a folder; make it"),
     ],
