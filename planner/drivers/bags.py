@@ -52,7 +52,7 @@ def read_bag(path, pose: str = "", wrench: str = "", tool=(0.0, 0.0, 0.0)) -> Re
     if not path.exists() or not is_bag(path):
         raise ValueError(f"{path} is no bag; give its folder, or its .mcap, .db3 or .bag file")
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ValueError(
@@ -67,10 +67,13 @@ def read_bag(path, pose: str = "", wrench: str = "", tool=(0.0, 0.0, 0.0)) -> Re
             wrenches = _of_topic(reader, path, wrench, (_WRENCH,), "wrenches")
             at, places, frames = _rows(reader, poses, _pose_of)
             force_at, forces, force_frames = _rows(reader, wrenches, _force_of)
-    except AnyReaderError as error:
+    except Exception as error:
+        # Ours, or whatever a reader of damaged bytes comes upon.
+        if type(error) is ValueError:
+            raise
         raise ValueError(
-            f"{path} cannot be read as a bag ({error}); if it was cut off, write it again with "
-            "ros2 bag convert, or mcap recover"
+            f"{path} cannot be read as a bag ({str(error) or repr(error)}); if it was cut off, "
+            "write it again with ros2 bag convert, or mcap recover"
         ) from None
     for name, count in ((poses[0].topic, len(at)), (wrenches[0].topic, len(force_at))):
         if count < 2:
@@ -131,8 +134,7 @@ def _rows(reader, connections, row_of) -> tuple[np.ndarray, np.ndarray, frozense
         rows.append(row_of(message, connection.msgtype))
         frames.add(message.header.frame_id)
     order = np.unique(np.array(stamps), return_index=True)[1]
-    values = np.array(rows, float).reshape(len(rows), -1)
-    return np.array(stamps)[order], values[order], frozenset(frames)
+    return np.array(stamps)[order], np.array(rows, float)[order], frozenset(frames)
 
 
 def _pose_of(message, kind: str) -> list[float]:

@@ -185,3 +185,29 @@ def test_an_orientation_that_nobody_set_turns_nothing():
     assert np.allclose(turned(vectors[1:], orientations[1:]), [[-1.0, 0.0, 0.0]])
     with pytest.raises(ValueError, match="1 of 2 orientations are no quaternions"):
         turned(vectors, orientations)
+
+
+@pytest.mark.parametrize("plugin", ["MCAP", "SQLITE3"])
+def test_a_damaged_bag_is_read_or_refused_in_one_sentence(tmp_path, plugin):
+    """20 bytes are changed anywhere, or 200 are zero, as of a disk that fails."""
+    file, rng = only(write_bag(tmp_path / "bag", plugin)), np.random.default_rng(0)
+    whole, lone = np.frombuffer(file.read_bytes(), np.uint8), tmp_path / f"lone{file.suffix}"
+    refused = 0
+    for number in range(24):
+        data = whole.copy()
+        if number % 2:
+            data[rng.integers(0, len(data), 20)] = rng.integers(0, 256, 20)
+        else:
+            data[rng.integers(0, len(data) - 200) :][:200] = 0
+        lone.write_bytes(data.tobytes())
+        try:
+            read_bag(lone)
+        except ValueError as error:
+            assert str(error).startswith(("the stamps of", f"{lone} "))
+            refused += 1
+    assert refused >= 8
+
+
+def test_a_topic_without_a_message_is_told(tmp_path):
+    with pytest.raises(ValueError, match="has 0 messages of /wrench; two or more are needed"):
+        read_bag(write_bag(tmp_path / "bag", cut=(-1.0, 9.0)))
