@@ -82,7 +82,8 @@ def touches_of(
     Raises
     ------
     ValueError
-        In one sentence: the tip was never in contact for a window of time.
+        In one sentence: the tip was never in contact for a window of time, or in contact on a path
+        that is in no plane.
     """
     size = np.sqrt((recording.forces**2).sum(axis=1))
     parts = times_in_contact(recording.times, size > options.least, options.window)
@@ -101,7 +102,7 @@ def touches_of(
             groups[-1].append(track)
         else:
             groups.append([track])
-    return [_touch(first + k, group, tip, step) for k, group in enumerate(groups)]
+    return [_planar_touch(first + k, group, tip, step) for k, group in enumerate(groups)]
 
 
 def times_in_contact(times, touching, window: float) -> list[slice]:
@@ -186,6 +187,19 @@ def _end(recording: Recording, stop: int, samples: CentreSamples, window: float)
 def _spacing(samples: CentreSamples) -> float:
     """Median distance of successive samples."""
     return float(np.median(np.sqrt((np.diff(samples.centres, axis=0) ** 2).sum(axis=1))))
+
+
+def _planar_touch(number: int, tracks: list[_Track], tip: Tip, step: float) -> Touch:
+    """The touch of arms that begin at one place, each in a plane."""
+    try:
+        return _touch(number, tracks, tip, step)
+    except ValueError as error:
+        begin, end = (tracks[k].arm.series.times[k] for k in (0, -1))
+        raise ValueError(
+            f"the contact from {begin:.6g} to {end:.6g} s is no arm in a plane: "
+            f"{str(error).partition(';')[0]}; lift the tip before it leaves the plane, or cut the "
+            "recording there"
+        ) from None
 
 
 def _touch(number: int, tracks: list[_Track], tip: Tip, step: float) -> Touch:

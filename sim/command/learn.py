@@ -7,6 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from touchatlas.atlas import Touch
+from touchatlas.planner.drivers.bags import is_bag
 from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.sim.command.numbers import Json, print_numbers
 from touchatlas.sim.command.option_flags import with_options
@@ -89,6 +90,9 @@ def learn(
     """
     if not files:
         raise ValueError("no file was given; name a file of points, or a run and a file")
+    for name, value in (("--tip-radius", tip_radius), ("--systematic-std", systematic_std)):
+        if tip is not None and value:
+            raise ValueError(f"{name} is {value:g}, but --tip {tip} says it, too; leave one out")
     probe = "" if tip is None else str(tip)
     for std in noise:
         check_number("--noise", std, or_zero=True)
@@ -98,7 +102,7 @@ def learn(
         **{n: None if v is None else parse_vector(v, f"--{n}") for n, v in given.items()}
     )
     with shown("reading files") as watcher:
-        if files[0].is_dir():
+        if files[0].is_dir() and (is_learning(files[0]) or not is_bag(files[0])):
             learned = _more(files[0], files[1:], noise, read, sides, options, no_draw, watcher)
         else:
             for path in files:

@@ -69,3 +69,12 @@ def test_errors_that_all_samples_share_are_those_of_radius_and_bending():
     tip = Tip(radius=2.0, stiffness=2.0, radius_std=0.003, stiffness_std=0.05, noise_std=0.01)
     touch = touches_of(recording(np.eye(3)[:1]), tip)[0]
     assert touch.systematic_std == pytest.approx(np.hypot(0.003, 0.05 * 0.2022), rel=0.02)
+
+
+def test_a_path_that_leaves_its_plane_in_contact_is_told_by_its_time():
+    """A winding of 20 mm about z that climbs by 40 in 4 s is in no plane."""
+    t = np.arange(0.0, 4.0, 1.0 / RATE)
+    u = np.stack([np.cos(3.0 * t), np.sin(3.0 * t), 0.0 * t], axis=1)
+    wound = Recording(t, 20.0 * u + np.outer(10.0 * t, [0.0, 0.0, 1.0]), 0.4 * u)
+    with pytest.raises(ValueError, match="from 0 to 3.99.* s is no arm in a plane: .*lift the tip"):
+        touches_of(wound, TIP)

@@ -93,3 +93,17 @@ def test_contacts_and_centres_are_not_mixed(folder):
     assert_refused(done, 2, "plain.csv has no forces, but one.csv has")
     done = touchatlas("learn", "one.csv", "--tip", "none.toml", cwd=folder)
     assert_refused(done, 2, "none.toml is no file; touchatlas qualify writes one")
+
+
+def test_a_bag_is_a_folder_that_is_no_run(folder, tmp_path):
+    pytest.importorskip("rosbags", reason="rosbags is not installed")
+    write_bag(tmp_path / "bag")
+    done = touchatlas("learn", "bag", "--tip", folder / "probe.toml", cwd=tmp_path)
+    assert "199 poses of /pose with forces of /wrench" in done.stderr
+    assert "1 touch of 1 contour in contact" in done.stderr
+
+
+@pytest.mark.parametrize("flag", ["--tip-radius", "--systematic-std"])
+def test_what_a_probe_file_says_is_not_said_twice(folder, flag):
+    done = touchatlas("learn", "one.csv", "--tip", "probe.toml", flag, 2, cwd=folder)
+    assert_refused(done, 2, f"{flag} is 2, but --tip probe.toml says it, too")
