@@ -13,7 +13,6 @@ from touchatlas.sim.command.show import shown
 from touchatlas.sim.command.view import show_page
 from touchatlas.sim.folder.out_folder import default_folder
 from touchatlas.sim.folder.run_options import RunOptions
-from touchatlas.sim.machine.options import check_used
 from touchatlas.sim.run.exploration import NO_OPTIONS, run_exploration
 from touchatlas.sim.world.objects import make_object
 
@@ -46,7 +45,6 @@ def explore(
     view
         Show the run in a browser while it goes on, and its replay at the end.
     """
-    check_used(options.probe)
     with shown(f"preparing {name}") as watcher:
         watcher.is_viewed = view
         obj = make_object(name, options.seed)

@@ -46,7 +46,10 @@ def touch_of_file(path, plans: Mapping[int, ProbePlan], tip: Tip, unit: str) -> 
         raise ValueError(f"{path} is no file; give the log that the program wrote")
     options, motion, _ = _moved(unit)
     text = path.read_text(encoding="utf-8", errors="replace")
-    return touch_of_log(text, plans[number], tip, options, motion)
+    try:
+        return touch_of_log(text, plans[number], tip, options, motion)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _moved(unit: str) -> tuple[TriggerOptions, GuardOptions, str]:

@@ -25,7 +25,7 @@ from touchatlas.sim.folder.run_options import (
     check_scale,
 )
 from touchatlas.sim.machine.fault_words import check_lengths
-from touchatlas.sim.machine.options import ARM, cost_of
+from touchatlas.sim.machine.options import ARM, check_used, cost_of
 from touchatlas.sim.run.learning_run import RECORDED
 from touchatlas.sim.run.phases import Phases
 from touchatlas.sim.run.progress import read_seconds
@@ -83,6 +83,7 @@ def run_exploration(
         raise ValueError(f"got {obj!r} for the object; give what make_object returns")
     if not isinstance(options, RunOptions):
         raise ValueError(f"options are {options!r}; they must be RunOptions")
+    check_used(options.probe)
     phases = Phases(watcher.begins)
     options = completed(options, obj)
     with new_run(out, force) as folder:

@@ -172,7 +172,9 @@ def _option(path: Path, where: str, flag: str) -> str:
 
 def _values(path: Path, flag: str, given) -> dict[str, Any]:
     if not isinstance(given, list) or not given:
-        raise ValueError(f"{path}: vary.{flag} is {given!r}; it must be a list of values")
+        raise ValueError(
+            f"{path}: vary.{flag} is {given!r}; it must be a list of one value or more"
+        )
     found = {str(value): value for value in given}
     if len(found) < len(given):
         raise ValueError(f"{path}: vary.{flag} is {given!r}; leave out what is there twice")

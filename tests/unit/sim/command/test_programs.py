@@ -26,11 +26,15 @@ def test_the_log_of_a_program_is_an_answer_to_its_plan(folder):
     ran(*again, "--force", cwd=folder)
     plan = pending_plans(folder / "run")[0]
     log = folder / "touch-0000.txt"
+    (folder / "cut").mkdir()
+    (folder / "cut" / log.name).write_text("0 0 1\n")
     log.write_text(log_of(plan, TriggerOptions(), BALL + TIP))
+    cut = "learn", "run", f"cut/{log.name}", "--tip", "probe.toml"
     for words, said in (
         (("learn", "run", log.name), "holds centres of a tip; give --tip"),
         (("learn", log.name, "--tip", "probe.toml"), "name the run before it"),
         (("learn", "run", "touch-0007.txt", "--tip", "probe.toml"), "plan 7, which is not pending"),
+        (cut, "cut/touch-0000.txt: line 1 of the log of plan 0 is '0 0 1'; nine numbers"),
     ):
         assert_refused(touchatlas(*words, cwd=folder), 2, said)
     ran("learn", "run", log.name, "--tip", "probe.toml", "--no-draw", cwd=folder)

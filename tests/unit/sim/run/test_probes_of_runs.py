@@ -77,9 +77,11 @@ def test_what_is_refused_has_the_flag_of_its_own_record(name):
         (ProbeOptions(name="trigger", normals=False), "which has none; give --probe scanning"),
     ],
 )
-def test_an_option_that_a_probe_has_not_is_refused(probe, said):
+def test_an_option_that_a_probe_has_not_is_refused(probe, said, tmp_path):
+    """From Python, too."""
     with pytest.raises(ValueError, match=said):
-        check_used(probe)
+        run_exploration(make_object("sphere"), tmp_path / "r", RunOptions(probe=probe))
+    assert not (tmp_path / "r").exists()
 
 
 def test_an_option_that_a_probe_has_is_taken():
