@@ -17,12 +17,23 @@ def arrives(machine: Moves, start, way) -> bool:
     way is None.
 
     Where contact stops it, it goes back as it came: nothing else is known to be free there.
+
+    Raises
+    ------
+    ValueError
+        When ``move`` does not say whether it arrived.
     """
     if way is None:
         return False
     gone = [np.asarray(start, float)]
     for point in np.asarray(way, float):
-        if not machine.move(point[None]):
+        arrived = machine.move(point[None])
+        if not isinstance(arrived, bool | np.bool_):
+            raise ValueError(
+                f"move returned {arrived!r}; it must return True where it arrived, and False where "
+                "contact stopped it"
+            )
+        if not arrived:
             machine.move(np.array(gone[::-1]))
             return False
         gone.append(point)

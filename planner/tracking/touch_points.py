@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.arrays import cross, frozen_array
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 from touchatlas.patch.geometry.order import out_of_order
 from touchatlas.patch.geometry.section import LEAST_POINTS
@@ -64,10 +64,10 @@ def touch_points(
     # What is learned and planned are centres.
     origin = plan.begin()
     target = origin - plan.depth * plan.normal
-    before = np.asarray(trigger.position(), float)
+    before = frozen_array(trigger.position(), (3,), "position of the trigger")
     if not arrives(trigger, before, plan.way_from(before)):
         return _in_vain(plan, TouchStatus.UNREACHABLE, None, tip)
-    centre = trigger.probe(target)
+    centre = _met(trigger, target)
     if centre is None:
         trigger.move(origin[None])
         return _in_vain(plan, TouchStatus.NO_CONTACT, np.stack([origin, target]), tip)
@@ -98,6 +98,12 @@ def touch_points(
         tip.radius,
         tip.radius_std,
     )
+
+
+def _met(trigger: Trigger, target) -> np.ndarray | None:
+    """Where a trigger met something on its way to a target (3,); None where it met nothing."""
+    place = trigger.probe(target)
+    return None if place is None else frozen_array(place, (3,), "place that probe returned")
 
 
 def _in_vain(plan: ProbePlan, status: TouchStatus, way: np.ndarray | None, tip: Tip) -> Touch:
@@ -166,7 +172,7 @@ def _next(
     while angle < last:
         angle, chord = angle + chord, options.turn
         target = hop.around(step, angle)
-        centre = trigger.probe(target)
+        centre = _met(trigger, target)
         if centre is None:
             gone.append(target)
             continue

@@ -50,6 +50,11 @@ def track_plan(
         Contacts with their normals, beside their planes: a ball whose centre stays in a plane meets
         a surface that leans out of it beside the plane. Its way is that of the centre. Without
         normals centres, in the planes in which they lay.
+
+    Raises
+    ------
+    ValueError
+        For a reading that is not finite or comes before the last one; the machine stands still.
     """
     radius = tip.radius if normals else 0.0
     origin, depth = plan.begin(radius), plan.depth
@@ -103,6 +108,7 @@ class _Tracker:
         self._normal = normal / np.sqrt((normal * normal).sum(axis=1))[:, None]
         self._state: ControlState | None = None
         self._rows: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
+        self._time = -np.inf
         # Tips whose force was too large.
         self._over = np.zeros(len(w), bool)
 
@@ -240,6 +246,11 @@ class _Tracker:
     def _read(self) -> Reading:
         """The next reading, with arrays (m, 3)."""
         reading = self._scanner.read()
+        if wrong := _wrong(reading, self._time):
+            # A machine that is blind goes no further.
+            self._command(np.zeros_like(self._w))
+            raise ValueError(wrong)
+        self._time = reading.time
         position, force = (np.reshape(x, (-1, 3)) for x in (reading.position, reading.force))
         position, force = position[: len(self._w)], force[: len(self._w)]
         self._over |= np.sqrt((force * force).sum(axis=1)) > self._options.most
@@ -271,6 +282,22 @@ class _KnownSince:
             known = np.asarray(self._until(points[due])) & far
             self._steps[due] = np.where(known, self._steps[due] + 1, 0)
         return np.asarray(self._steps > _KNOWN)
+
+
+def _wrong(reading: Reading, before: float) -> str:
+    """What is wrong with a reading after one of a time before, s; empty where nothing is."""
+    if not (np.isfinite(reading.position).all() and np.isfinite(reading.force).all()):
+        return (
+            f"the scanner reads the position {np.asarray(reading.position).tolist()} and the force "
+            f"{np.asarray(reading.force).tolist()}; it must give finite numbers: see sensor and bus"
+        )
+    # What comes late may come twice.
+    if not before <= reading.time < np.inf:
+        return (
+            f"the scanner reads a time of {reading.time!r} s after {before!r} s; give readings in "
+            "their order, by a clock that runs forward"
+        )
+    return ""
 
 
 def _length(way) -> float:

@@ -1,5 +1,7 @@
 """A machine that scans and does not follow its commands: a plan ends."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,3 +43,24 @@ def test_an_approach_ends_in_the_air_and_where_the_machine_stands_still(share, s
     touch = track_plan(scanner, plan)
     assert touch.status is status and (touch.way is None) == (share == 0.0)
     assert not scanner.velocity.any()
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "said"),
+    [
+        ({"force": np.full(3, np.nan)}, r"the force \[\[?nan, .* finite numbers: see sensor"),
+        ({"position": np.array([0.0, np.inf, 0.0])}, r"reads the position .*inf.* finite numbers"),
+        ({"time": -1.0}, r"reads a time of -1.0 s after .* by a clock that runs forward"),
+        ({"time": np.nan}, r"reads a time of nan s after"),
+    ],
+)
+def test_a_machine_that_is_blind_stands_still_and_says_why(spoiled, said):
+    """Its force would be none, and it would press on."""
+    plane = SamplingPlane(np.zeros(3), np.array([1.0, 0.0, 0.0]))
+    plan = ProbePlan(0, np.zeros(3), UP, (plane,), 4.0, 0.2, 2.0, Reason.REFINE)
+    scanner = InAir(1.0)
+    sound = scanner.read
+    scanner.read = lambda: replace(sound(), **(spoiled if scanner.time > 0.3 else {}))
+    with pytest.raises(ValueError, match=said):
+        track_plan(scanner, plan)
+    assert scanner.time > 0.3 and not scanner.velocity.any()

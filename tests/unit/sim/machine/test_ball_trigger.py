@@ -218,3 +218,21 @@ def test_a_way_back_that_is_blocked_goes_where_the_tip_came():
     assert np.allclose(ends[0], ends[1]) and max(len(way) for way in trigger.ways) > 5
     for one, other in zip(*(touch.contours for touch in found), strict=True):
         assert np.allclose(one.points, other.points)
+
+
+@pytest.mark.parametrize(
+    ("name", "spoiled", "said"),
+    [
+        ("move", lambda arrived: None, "move returned None; it must return True where it arrived"),
+        ("probe", lambda place: place * np.nan, "place that probe returned holds NaN"),
+        ("probe", lambda place: place[:2], "place that probe returned"),
+        ("position", lambda place: place * np.nan, "position of the trigger holds NaN"),
+    ],
+)
+def test_a_machine_that_answers_otherwise_than_a_trigger_does_is_told(name, spoiled, said):
+    """A move that says nothing would make all places unreachable, without a word."""
+    trigger = machine()
+    sound = getattr(trigger, name)
+    setattr(trigger, name, lambda *given: spoiled(sound(*given)))
+    with pytest.raises(ValueError, match=said):
+        touch_points(trigger, plan_on(33.0 * UP, UP, [1.0, 0.0, 0.0]), Tip(radius=2.0))
