@@ -153,6 +153,7 @@ def qualify(
 
 def _check_used(points: Path, given: dict[str, str]) -> None:
     """ValueError for a flag that what is measured has not."""
+    own: tuple[str, ...]
     if str(points) in SIMULATED:
         kind, own = "a simulated probe", ()
     elif is_bag(points):
