@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from touchatlas.atlas.files import check_path
 from touchatlas.patch.words import count_of
 from touchatlas.planner.drivers.recording import Recording, joined, turned
 
@@ -48,6 +49,7 @@ def read_bag(path, pose: str = "", wrench: str = "", tool=(0.0, 0.0, 0.0)) -> Re
         In one sentence: no bag, rosbags missing, a bag that is cut off, topics that are not there
         or several, or nothing that can be joined.
     """
+    check_path(path, "the path of a bag")
     path = Path(path)
     if not path.exists() or not is_bag(path):
         raise ValueError(f"{path} is no bag; give its folder, or its .mcap, .db3 or .bag file")

@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import asdict, fields
 from pathlib import Path
 
+from touchatlas.atlas.files import check_path
 from touchatlas.planner.drivers.guarded import MILLIMETRES
 from touchatlas.planner.drivers.qualification import Qualification
 from touchatlas.planner.tracking.options import Tip
@@ -60,6 +61,7 @@ def read_tip(path, unit: str = "") -> Tip:
     ValueError
         In one sentence: no file, no TOML, no table ``tip``, or an entry that a tip has not.
     """
+    check_path(path, "the path of a probe.toml")
     path = Path(path)
     if not path.is_file():
         raise ValueError(f"{path} is no file; touchatlas qualify writes one as probe.toml")

@@ -22,6 +22,7 @@ from touchatlas.atlas import (
     save_atlas,
 )
 from touchatlas.planner import Planner, PlannerOptions, ProbePlan, load_planner, save_planner
+from touchatlas.planner.options import NAMES
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.option_tables import as_table, updated
 from touchatlas.sim.folder.run_folder import (
@@ -64,6 +65,12 @@ class LearnOptions:
 
     def __post_init__(self) -> None:
         check_number("tolerance", self.tolerance)
+        kept = [name for name in NAMES if name != "random"]
+        if self.planner.name not in kept:
+            raise ValueError(
+                f"--planner is {self.planner.name!r}, which no file keeps between two calls; give "
+                f"one of {', '.join(kept)}"
+            )
 
     def to(self, tolerance: float) -> "LearnOptions":
         """These options with a tolerance, length."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from touchatlas.planner.drivers.bags import is_bag, read_bag
+from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.planner.drivers.recording import Recording, joined, turned
 
 pytest.importorskip("rosbags", reason="rosbags is not installed")
@@ -206,6 +207,12 @@ def test_a_damaged_bag_is_read_or_refused_in_one_sentence(tmp_path, plugin):
             assert str(error).startswith(("the stamps of", f"{lone} "))
             refused += 1
     assert refused >= 8
+
+
+def test_what_is_no_path_is_told():
+    for read, what in ((read_bag, "a bag"), (read_tip, "a probe.toml")):
+        with pytest.raises(ValueError, match=f"got NoneType for the path; give the path of {what}"):
+            read(None)
 
 
 def test_a_topic_without_a_message_is_told(tmp_path):

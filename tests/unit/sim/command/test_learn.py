@@ -12,6 +12,7 @@ from touchatlas.atlas import load_atlas
 from touchatlas.sim import Journal
 from touchatlas.sim.run.learning import pending_plans
 
+BEGIN = "next", "r", "--start=0,0,1", "--outward=0,0,1", "--tolerance=1"
 AXES = np.array([30.0, 20.0, 15.0])
 
 
@@ -169,6 +170,13 @@ def test_a_half_of_a_body_asks_which_side_is_outside(tmp_path):
         (("next", "nothing"), "no run that learns"),
         (("next", "nothing", "--count", "0"), "count is 0"),
         (("next", "nothing", "--start", "0,0,1"), "--outward"),
+        *(
+            (
+                (*BEGIN, "--noise=0.02", "--planner", name),
+                f"--planner is '{name}', which no file keeps between two calls; give one of tol",
+            )
+            for name in ("random", "gpis", "oracle")
+        ),
         (
             ("next", "r", "--start=0,0,1", "--outward=0,0,1", "--noise=-0.02", "--tolerance=1"),
             "touchatlas: --noise is -0.02",
