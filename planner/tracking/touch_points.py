@@ -71,11 +71,16 @@ def touch_points(
     if centre is None:
         trigger.move(origin[None])
         return _in_vain(plan, TouchStatus.NO_CONTACT, np.stack([origin, target]), tip)
-    contours, tracked = [], 0.0
+    contours: list[Contour] = []
+    tracked = 0.0
     for plane in plan.planes:
         along = cross(plan.normal, plane.normal)
-        ahead, last = _arm(trigger, plan, _Hop(centre, along, plan.normal), options)
-        behind, first = _arm(trigger, plan, _Hop(centre, -along, plan.normal), options, ahead)
+        # One contour has to be long enough to show on which side of it the body is.
+        is_long = any(len(one.points) >= LEAST_POINTS for one in contours)
+        least = 1 if is_long else LEAST_POINTS // 2
+        how = plan, options, least
+        ahead, last = _arm(trigger, _Hop(centre, along, plan.normal), *how)
+        behind, first = _arm(trigger, _Hop(centre, -along, plan.normal), *how, ahead)
         points = np.vstack([behind[::-1], centre, ahead])
         # All around a body a few points have no order that can be told.
         while len(points) >= LEAST_POINTS and out_of_order(points):
@@ -112,16 +117,18 @@ def _in_vain(plan: ProbePlan, status: TouchStatus, way: np.ndarray | None, tip: 
     return Touch(plan.number, *place, (), status, 0.0, 0.0, way, tip.radius, tip.radius_std)
 
 
-def _arm(trigger: Trigger, plan: ProbePlan, first: _Hop, options: TriggerOptions, other=()):
+def _arm(
+    trigger: Trigger, first: _Hop, plan: ProbePlan, options: TriggerOptions, least: int, other=()
+):
     """Centres (k, 3) of the points of an arm, and why it ended; the tip is then above the contact
     again, on the way that it came. It ends where it comes to points (m, 3) of the ``other`` arm,
-    around the body, or to known surface."""
+    around the body, or after the ``least`` points to known surface."""
     hops, end, step = [first], ContourEnd.LENGTH_REACHED, plan.reach / options.points
     air = [first.lifted(options.retract)]
     trigger.move(air[0][None])
     while len(hops) <= options.points:
         ahead = hops[-1].around(step, hops[-1].bend / 2.0)
-        known = plan.until is not None and len(hops) > 1 and plan.until(ahead[None])[0]
+        known = plan.until is not None and len(hops) > least and plan.until(ahead[None])[0]
         if known or (np.linalg.norm(ahead - np.reshape(other, (-1, 3)), axis=1) < 0.5 * step).any():
             # A point there teaches nothing.
             break

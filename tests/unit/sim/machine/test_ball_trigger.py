@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from touchatlas.atlas import TouchStatus
+from touchatlas.atlas import Atlas, TouchStatus
 from touchatlas.planner import ProbePlan, Reason, Tip, TriggerOptions
 from touchatlas.planner.plans import concurrent_planes
 from touchatlas.planner.tracking.going import arrives
@@ -152,11 +152,22 @@ def test_where_nothing_is_met_a_trigger_says_so():
     assert touch.status is TouchStatus.UNREACHABLE
 
 
-def test_known_surface_ends_an_arm_of_points():
+def test_known_surface_ends_an_arm_of_points_when_one_contour_is_long_enough():
+    """That is one of five points, which show on which side of them the body is."""
     plan = plan_on(33.0 * UP, UP, np.array([1.0, 0.0, 0.0]), 30.0, until=lambda p: p[:, 0] > 0.1)
     touch = touch_points(machine(), plan, Tip(), TriggerOptions(points=6))
-    first = touch.contours[0].points[:, 0]
-    assert (first > 0.1).sum() == 1 and (first < -0.1).sum() == 6
+    counts = [(c.points[:, 0] > 0.1).sum() for c in touch.contours]
+    assert counts == [2, 1, 1]
+    assert all((c.points[:, 0] < -0.1).sum() == 6 for c in touch.contours)
+
+
+def test_a_touch_of_points_amid_known_surface_is_a_touch():
+    atlas, plan = Atlas(0.1), plan_on(33.0 * UP, UP, np.array([1.0, 0.0, 0.0]), 30.0)
+    assert not atlas.add(touch_points(machine(), plan, Tip(), TriggerOptions(points=6))).refused
+    known = replace(plan, number=1, until=lambda p: p[:, 2] > 0.0)
+    touch = touch_points(machine(), known, Tip(), TriggerOptions())
+    assert [len(contour.points) for contour in touch.contours] == [5, 3, 3]
+    assert not atlas.add(touch).refused
 
 
 class Noted:
