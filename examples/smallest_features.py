@@ -64,7 +64,8 @@ def explored(name: str, feature: float, seed: int, most: int) -> str:
     mesh = surface.vertices, surface.faces
     verdict = judged(mesh, obj, points, tolerance)
     off = np.sqrt(igl.point_mesh_squared_distance(points, *mesh)[0])
-    true = largest_free_disc(obj.vertices[obj.faces], atlas.pool.points, atlas.pool.normals)
+    vertices, faces = obj.mesh(0.1 * tolerance)
+    true = largest_free_disc(vertices[faces], atlas.pool.points, atlas.pool.normals)
     said = planner.free_disc(atlas)
     numbers = [
         *(name, f"{feature:g}", seed, touches, int(verdict["met"])),

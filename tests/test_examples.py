@@ -30,6 +30,7 @@ ARGUMENTS = {
     "method_pictures.py": ["method"],
     "scan_and_touches.py": ["sphere"],
     "sections.py": ["cap.ply"],
+    "smallest_features.py": ["sphere", "--seeds", "1", "--workers", "1", "--most", "3"],
     "speed.py": ["sphere:3", "--places", "6", "--cells", "8"],
     "study_on_workers.py": ["12"],
     "surface_peers.py": ["sphere", "4", "2e-4", "8"],

@@ -160,8 +160,10 @@ def test_options_that_plan_nothing_are_refused_by_name(options, word):
 def test_tell_takes_only_a_touch_and_its_change():
     p = Planner([0, 0, 33], [0, 0, 1])
     plan = p.ask(empty(0.1))
-    with pytest.raises(ValueError, match="give the Touch and the AtlasChange"):
+    with pytest.raises(ValueError, match="give the AtlasChange that"):
         p.tell(missed(plan), None)
+    with pytest.raises(ValueError, match="give a Touch"):
+        p.tell(None, None)
     with pytest.raises(ValueError, match="ask needs the Atlas"):
         p.ask(None)
 
