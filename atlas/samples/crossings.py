@@ -42,7 +42,7 @@ class Crossings:
     gaps : (k,) float, length
         By which the later contour lies above the earlier one.
     variances : (k,) float, length^2
-        Of the gaps, by the noise of the samples.
+        Of the gaps, by the noise of the samples and the last term of the cubics.
     """
 
     earlier: np.ndarray
@@ -94,6 +94,7 @@ def crossings_of(pool: SamplePool, first: int, levels: Levels = Levels()) -> Cro
     upward = _normals(upper.slope(u), lower.slope(v), outward, along)
     height = (gap * upward).sum(axis=1)
     variance = upper.variance(u) + lower.variance(v)
+    variance += upper.truncation(u, upward) ** 2 + lower.truncation(v, upward) ** 2
     beside = np.maximum(_square(gap) - height**2, 0.0)
     good = upper.follows(upward, levels.alpha) & lower.follows(upward, levels.alpha)
     good &= (np.abs(u) < _NEAREST) & (np.abs(v) < _NEAREST)
@@ -157,7 +158,10 @@ class _Cubics:
         chords = np.sqrt(_square(np.diff(points, axis=1)))
         chords /= np.maximum(chords.max(axis=1), np.finfo(float).tiny)[:, None]
         length = np.cumsum(np.pad(chords, ((0, 0), (1, 0))), axis=1)
-        length -= np.take_along_axis(length, (of - own[:, 0])[:, None], axis=1)
+        place = of - own[:, 0]
+        length -= np.take_along_axis(length, place[:, None], axis=1)
+        about = np.clip(place, 1, 2 * _SIDE - 1)[:, None] + [-1, 0, 1]
+        self._nearest = np.take_along_axis(length, about, axis=1)
         terms = _terms(length)
         across = np.swapaxes(terms, 1, 2)
         self._inverse = np.linalg.pinv(across @ terms)
@@ -178,6 +182,13 @@ class _Cubics:
         """(m,) variance of each coordinate of these points."""
         terms = _terms(s)
         return self._noise**2 * np.einsum("mi,mij,mj->m", terms, self._inverse, terms)
+
+    def truncation(self, s, normals) -> np.ndarray:
+        """(m,) by how much these cubics differ along normals (m, 3) from parabolas through three
+        samples about them, length: the third divided difference by the product of the distances
+        (Newton). A term that matters says that the next one may."""
+        height = (self._coefficients[:, 3] * normals).sum(axis=1)
+        return np.asarray(height * np.prod(s[:, None] - self._nearest, axis=1))
 
     def follows(self, normals, alpha: float) -> np.ndarray:
         """(m,) whether noise explains what is left along normals (m, 3), but for a chance."""

@@ -70,6 +70,22 @@ def test_contours_of_two_faces_that_meet_at_their_edge_do_not_cross():
     assert (np.abs(found.gaps) < 5.0 * np.sqrt(found.variances)).all()
 
 
+def test_few_samples_of_a_contour_leave_gaps_that_are_known_to_be_wide():
+    """Of a bottle every fourth sample: cubics miss its shoulder by more than noise."""
+    obj = make_object("bottle")
+
+    def thinned(contour):
+        return replace(contour, points=contour.points[::4])
+
+    touches = [
+        replace(touch, contours=tuple(map(thinned, touch.contours)))
+        for touch in spread_touches(obj, COUNT)
+    ]
+    found = crossings(obj.name, touches)
+    assert len(found.gaps) > 100
+    assert (np.abs(found.gaps) < 5.0 * np.sqrt(found.variances)).all()
+
+
 def test_one_gap_alone_tells_no_move():
     """Eleven crossings of few touches, of which one misses by a hundred deviations."""
     normals = np.tile(np.eye(3)[2], (11, 1))
