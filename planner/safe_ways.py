@@ -9,8 +9,6 @@ from touchatlas.patch.geometry.frame import any_tangent
 
 # Arcs around the body are drawn as chords over this angle, rad, of a circle outside of it.
 _CHORD = np.pi / 8.0
-# Deviations of noise by which samples may be off.
-_SURE = 3.0
 
 
 def safe_way(
@@ -62,7 +60,7 @@ class _Known:
     def __init__(self, atlas: Atlas, radius: float, margin: float) -> None:
         points = atlas.pool.points
         self._points, self._body, self._room = points, atlas.body, radius + margin
-        self._noise = _SURE * atlas.pool.noise
+        self._noise = atlas.levels.sure * atlas.pool.noise
         if len(points):
             low, high = points.min(axis=0), points.max(axis=0)
             self.centre = 0.5 * (low + high)
