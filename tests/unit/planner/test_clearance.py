@@ -87,26 +87,32 @@ def test_a_pin_of_no_length_reaches_everything(torus):
     assert pin_is_clear(torus, [25.0, 0.0, 0.0], np.array([-1.0, 0.0, 0.0]), 0.0, 0.0)
 
 
-@pytest.mark.slow
-def test_an_exploration_works_around_what_its_pin_cannot_reach():
-    """A pin of 60 mm reaches no wall of the hole where the opposite one is known. Contours from
-    other places cross these walls, with seed 0 before any touch there was wanted."""
+def places_without_reach(seed: int, length: float) -> np.ndarray:
+    """(k, 3) places that an exploration of the torus by a pin of a length could not reach; each of
+    its plans is clear."""
     obj = make_object("torus")
-    options = PlannerOptions(pin_radius=1.0, pin_length=HOLE + 10.0)
+    options = PlannerOptions(pin_radius=1.0, pin_length=length)
     atlas, planner = Atlas(obj.tolerance), Planner(*obj.start(), options)
-    probe = Probe(obj, obj.noise_std, np.random.default_rng(1))
+    probe = Probe(obj, obj.noise_std, np.random.default_rng(seed))
     closer = False
     while (plan := planner.ask(atlas)) is not None:
         if len(atlas) and not closer:
-            assert pin_is_clear(atlas, plan.reference_point, plan.normal, 1.0, HOLE + 10.0)
+            assert pin_is_clear(atlas, plan.reference_point, plan.normal, 1.0, length)
         touch = probe(plan)
         change = atlas.add(touch)
         planner.tell(touch, change)
         # The next plan may be at the same place, with shorter arms.
         closer = bool(change.refused)
     assert planner.stop is not None and planner.stop.reason is StopReason.KNOWN
-    places = planner.stop.unreachable
-    assert len(places) and np.median(np.hypot(places[:, 0], places[:, 1])) < 40.0
+    return planner.stop.unreachable
+
+
+@pytest.mark.slow
+def test_an_exploration_works_around_what_its_pin_cannot_reach():
+    """A pin of 60 mm reaches no wall of the hole where the opposite one is known. Contours from
+    other places cross these walls, in most explorations before a touch there is wanted."""
+    places = np.concatenate([places_without_reach(seed, HOLE + 10.0) for seed in range(6)])
+    assert len(places) and np.hypot(places[:, 0], places[:, 1]).max() < 40.0
 
 
 def walls(gap: float) -> Atlas:
