@@ -32,7 +32,7 @@ def test_the_wall_of_a_cup_ends_at_its_round_lip(seed):
     """Wall and air above the lip are on the same sides of all faces. Inside and outside of the wall
     go over into the bottom by radii of 8 and 4, so that a ball decides on both sides of it. Of
     40,000 points farther than five deviations from the surface all are on the right side."""
-    columns = touched_mesh("cup", 48, NOISE, seed)
+    columns = touched_mesh("cup", 60, NOISE, seed)
     body = body_of(samples_of_touches(columns, np.sqrt(2.0) * NOISE))
     blunt = [edge for edge in body.faces.edges if edge.radius > 0.0]
     for edge, radius in zip(sorted(blunt, key=lambda edge: edge.radius), (4.0, 8.0), strict=True):
