@@ -128,6 +128,12 @@ def bodies() -> dict[str, Body]:
     return found
 
 
+def check_names(parser: argparse.ArgumentParser, names: list[str], known) -> None:
+    """End with one sentence and exit code 2 where one of the names is no known body."""
+    if wrong := [name for name in names if name not in known]:
+        parser.error(f"got {', '.join(wrong)}, which is no body; give some of {', '.join(known)}")
+
+
 QUICK = ("bottle", "cube", "torus", "plate", "holed ball")
 
 

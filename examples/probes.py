@@ -159,4 +159,6 @@ if __name__ == "__main__":
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--out", type=Path, help="file of a row for each touch")
     parser.add_argument("--picture", type=Path)
-    main(parser.parse_args())
+    arguments = parser.parse_args()
+    guard.check_names(parser, arguments.bodies, guard.bodies())
+    main(arguments)

@@ -98,4 +98,6 @@ if __name__ == "__main__":
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--most", type=int, default=200, help="touches")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
-    main(parser.parse_args())
+    arguments = parser.parse_args()
+    guard.check_names(parser, arguments.bodies, bodies())
+    main(arguments)
