@@ -27,7 +27,7 @@ from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
 from touchatlas.atlas.relabel.moves import find_roundings
 from touchatlas.atlas.samples.sample_pool import SamplePool
-from touchatlas.patch.geometry.kinks import SIDE, kinks
+from touchatlas.patch.geometry.kinks import SIDE
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,8 @@ def look_for_body(
     looks = is_larger(count, before.looked) or (last and before.looked < count)
     if count == before.count and not looks:
         return before
-    samples = samples_of(pool, count, std, levels)
+    known = None if before.body is None else before.body.samples
+    samples = samples_of(pool, count, std, levels, known)
     if looks:
         return _chosen(samples, np.asarray(pool.edges), before)
     found = replace(before, count=count, std=std, is_few=False)
@@ -218,13 +219,13 @@ def has_edges(samples: ContourSamples, ends_at_edge) -> bool:
     before one. Contours too short to show a kink do not speak against edges; where all are, as
     those of single points, there may be some."""
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
-    spans = [(a, b) for a, b in itertools.pairwise(bounds.tolist()) if samples.planes[a].any()]
+    every = zip(itertools.pairwise(bounds.tolist()), samples.hinges, strict=True)
+    spans = [(span, hinges) for span, hinges in every if samples.planes[span[0]].any()]
     edges = [
-        bool(ends_at_edge[a:b].any())
-        or len(kinks(samples.points[a:b], samples.planes[a], samples.stds[a])) > 0
-        for a, b in spans
+        bool(ends_at_edge[a:b].any() or hinges.are_kinks(samples.stds[a]).any())
+        for (a, b), hinges in spans
     ]
-    told = sum(one or b - a > 2 * SIDE for (a, b), one in zip(spans, edges, strict=True))
+    told = sum(one or b - a > 2 * SIDE for ((a, b), _), one in zip(spans, edges, strict=True))
     return bool(edges) and sum(edges) >= FaceOptions.kinked * told
 
 

@@ -55,15 +55,20 @@ def faces_of_labels(labels: Labels) -> Faces:
 
 
 def samples_of(
-    pool: SamplePool, count: int, std: float, levels: Levels = Levels()
+    pool: SamplePool,
+    count: int,
+    std: float,
+    levels: Levels = Levels(),
+    before: ContourSamples | None = None,
 ) -> ContourSamples:
     """The first ``count`` samples of a pool, with contours and normals; the surest of them have the
-    standard deviation ``std``, length."""
+    standard deviation ``std``, length. ``before`` are the first of them, if they are known: see
+    ``contour_samples``."""
     columns = pool.points, pool.normals, pool.across, pool.noise, pool.contours, pool.measured
     points, normals, across, noise, numbers, measured = (c[:count].copy() for c in columns)
     # All have one lack of fit, beside the noise of each.
     stds = np.sqrt(std**2 + (noise**2 - noise.min() ** 2))
-    own = std, levels, stds, numbers, measured, pool.tip_radius
+    own = std, levels, stds, numbers, measured, pool.tip_radius, before
     return contour_samples(points, normals, across, *own)
 
 

@@ -1,6 +1,7 @@
 """ContourSamples: the samples of contours as arrays, with normals within their sampling planes."""
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.spatial.distance import cdist
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.samples.sample_pool import contours_of_planes
 from touchatlas.patch.geometry.arrays import box_diagonal, cross
+from touchatlas.patch.geometry.kinks import Hinges, hinges
 from touchatlas.patch.geometry.normal_error import MOST_TILT
 
 # Samples of a window that gives a normal: a quadratic leaves two degrees of freedom. Doubled,
@@ -57,6 +59,8 @@ class ContourSamples:
         What is enough to decide about them.
     tip : float, length
         Radius of the ball whose centres they are: no convex edge of their surface is sharper.
+    known_hinges : list
+        ``hinges`` of the first contours, where they are known.
     """
 
     points: np.ndarray
@@ -70,6 +74,7 @@ class ContourSamples:
     stds: np.ndarray
     levels: Levels = Levels()
     tip: float = 0.0
+    known_hinges: list[Hinges] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.points)
@@ -78,6 +83,14 @@ class ContourSamples:
     def extent(self) -> float:
         """Diagonal of the box about all, length."""
         return box_diagonal(self.points)
+
+    @cached_property
+    def hinges(self) -> list[Hinges]:
+        """Hinges at the samples of each contour, by which kinks are found."""
+        known = self.known_hinges
+        bounds = np.append(np.flatnonzero(np.diff(self.contours, prepend=-1)), len(self))
+        new = itertools.pairwise(bounds[len(known) :].tolist())
+        return known + [hinges(self.points[a:b], self.planes[a]) for a, b in new]
 
     def are_of_several_contours(self, some) -> bool:
         """Whether some samples (m,) determine more than a curve in a plane."""
@@ -95,6 +108,7 @@ def contour_samples(
     numbers=None,
     measured=None,
     tip: float = 0.0,
+    before: ContourSamples | None = None,
 ) -> ContourSamples:
     """Samples with contours and normals, from the columns of a sample pool.
 
@@ -117,13 +131,20 @@ def contour_samples(
         Whether ``outward`` was measured: about an edge it is surer than a tangent of the contour.
     tip : float, length
         Radius of the ball whose centres they are.
+    before : ContourSamples, optional
+        The first of the samples: what is of one contour is not found again. The result is the same
+        without it.
     """
     stds = np.full(len(points), float(std)) if stds is None else stds
     numbers = contours_of_planes(planes) if numbers is None else numbers
     contours, steps = split_contours(points, numbers)
     loose = np.flatnonzero(~planes.any(axis=1))
     steps[loose] = _spacings(points[loose])
-    normals = plane_normals(points, planes, contours, stds)
+    columns = points, planes, contours, stds
+    first = 0 if before is None or not _begin_with(before, *columns) else len(before)
+    normals = plane_normals(*(column[first:] for column in columns))
+    if first:
+        normals = np.concatenate([before.normals, normals])
     normals[loose] = outward[loose]
     side = np.where((normals * outward).sum(axis=1) < 0.0, -1.0, 1.0)
     # The probe stays on one side, so one sign holds for a whole contour.
@@ -137,7 +158,17 @@ def contour_samples(
         normals[sure] = within[sure] / length[sure, None]
     touches = group_contours(points, contours, steps)
     own = contours, touches, steps, float(std), stds, levels, tip
-    return ContourSamples(points, normals, outward, planes, *own)
+    known = vars(before).get("hinges", before.known_hinges) if first else []
+    return ContourSamples(points, normals, outward, planes, *own, known)
+
+
+def _begin_with(before: ContourSamples, points, planes, contours, stds) -> bool:
+    """Whether whole contours of samples with some columns are those known before."""
+    names, count = ("points", "planes", "contours", "stds"), len(before)
+    columns = zip(names, (points, planes, contours, stds), strict=True)
+    return not np.isin(contours[count:], contours[:count]).any() and all(
+        np.array_equal(getattr(before, name), column[:count]) for name, column in columns
+    )
 
 
 def split_contours(points, numbers) -> tuple[np.ndarray, np.ndarray]:

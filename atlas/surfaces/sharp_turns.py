@@ -6,7 +6,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.labels.samples import ContourSamples
-from touchatlas.patch.geometry.kinks import kinks
 
 # Difference of the slopes on both sides of an edge of 35 degrees. Halved, folds of scanned skin are
 # sharp edges.
@@ -24,11 +23,10 @@ _SAME_SIDE, _OTHER_SIDE = 0.7, 0.9
 
 def sharp_turns(samples: ContourSamples) -> np.ndarray:
     """(k, 2) samples on both sides of the places at which contours turn by 35 degrees or more."""
-    bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
+    first = np.flatnonzero(np.diff(samples.contours, prepend=-1)).tolist()
     found = [np.zeros(0, int)]
-    for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        own = kinks(samples.points[a:b], samples.planes[a], samples.std, least_turn=_SHARP)
-        found.append(a + own)
+    for start, own in zip(first, samples.hinges, strict=True):
+        found.append(start + own.kinks(samples.std, _SHARP))
     return np.concatenate(found)[:, None] + np.array([-2, 2])
 
 

@@ -1,11 +1,15 @@
 """Kinks of a contour: samples at which it runs over a sharp edge."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from touchatlas.patch.geometry.arrays import cross
 
 # Samples on either side of a possible kink.
 SIDE = 8
+# Least difference of the slopes on both sides of one: the tangent of 5 degrees.
+LEAST_TURN = 0.0875
 
 
 def kinks(
@@ -13,7 +17,7 @@ def kinks(
     normal,
     noise: float,
     stride: int = 1,
-    least_turn: float = 0.0875,
+    least_turn: float = LEAST_TURN,
 ) -> np.ndarray:
     """(k,) indices of the samples nearest to the kinks of a curve, ascending.
 
@@ -40,19 +44,48 @@ def kinks(
     >>> kinks(roof, np.array([0.0, 1.0, 0.0]), 1e-3).tolist()
     [12]
     """
-    places = np.arange(3, len(points) - 3, stride)
-    if not len(places):
-        return np.zeros(0, int)
-    turn, deviation = _hinges(points, places, SIDE * stride, normal, noise)
-    turn = np.where(turn > np.maximum(least_turn, 8.0 * deviation), turn, 0.0)
-    # Hinges near a kink are large too: the largest nearby is the kink.
-    around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
-    around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)
-    return places[(turn > 0.0) & (turn == around)]
+    return hinges(points, normal, stride).kinks(noise, least_turn)
 
 
-def _hinges(points, places, side: int, normal, noise):
-    """Turns (m,) of hinges at samples ``places`` (m,), and their standard deviations (m,)."""
+class Hinges(NamedTuple):
+    """Hinges that are fitted at samples of a curve.
+
+    Parameters
+    ----------
+    places : (m,) int
+        The samples, ascending.
+    turn : (m,) float, no unit
+        Absolute difference of the slopes on both sides.
+    left : (m,) float, length
+        Deviation of the samples from cubic and hinge.
+    unit : (m,) float, 1/length
+        Standard deviation of the turn for a unit of the deviation of samples.
+    """
+
+    places: np.ndarray
+    turn: np.ndarray
+    left: np.ndarray
+    unit: np.ndarray
+
+    def are_kinks(self, noise: float, least_turn: float = LEAST_TURN) -> np.ndarray:
+        """(m,) whether the curve turns at each, or near it, by more than noise makes it."""
+        deviation = self.unit * np.maximum(noise, self.left)
+        return np.asarray(self.turn > np.maximum(least_turn, 8.0 * deviation))
+
+    def kinks(self, noise: float, least_turn: float = LEAST_TURN) -> np.ndarray:
+        """(k,) the samples nearest to the kinks, ascending."""
+        if not len(self.places):
+            return np.zeros(0, int)
+        turn = np.where(self.are_kinks(noise, least_turn), self.turn, 0.0)
+        # Hinges near a kink are large too: the largest nearby is the kink.
+        around = np.concatenate([np.zeros(SIDE), turn, np.zeros(SIDE)])
+        around = np.lib.stride_tricks.sliding_window_view(around, 2 * SIDE + 1).max(axis=1)
+        return self.places[(turn > 0.0) & (turn == around)]
+
+
+def hinges(points, normal, stride: int = 1) -> Hinges:
+    """The hinges at samples of a curve (n, 3) in a plane, as for ``kinks``."""
+    places, side = np.arange(3, max(len(points) - 3, 3), stride), SIDE * stride
     index = places[:, None] + np.arange(-side, side + 1)
     inside = (index >= 0) & (index < len(points))
     index = np.clip(index, 0, len(points) - 1)
@@ -69,7 +102,7 @@ def _hinges(points, places, side: int, normal, noise):
     coefficients = np.einsum("mij,mwj,mw->mi", inverse, design, h)
     left = h - np.einsum("mwi,mi->mw", design, coefficients)
     free = (inside.sum(axis=1) - design.shape[2]).clip(1)
-    spread = np.maximum(noise, np.sqrt((left * left).sum(axis=1) / free))
+    left = np.sqrt((left * left).sum(axis=1) / free)
     scale = 2.0 / reach
-    deviation = scale * spread * np.sqrt(inverse[:, 0, 0].clip(0.0))
-    return scale * np.abs(coefficients[:, 0]), deviation
+    unit = scale * np.sqrt(inverse[:, 0, 0].clip(0.0))
+    return Hinges(places, scale * np.abs(coefficients[:, 0]), left, unit)

@@ -4,6 +4,7 @@ import numpy as np
 
 from tests.touched import touched, touched_samples
 from touchatlas.atlas.labels.samples import contour_samples
+from touchatlas.atlas.samples.sample_pool import contours_of_planes
 
 
 def over_an_edge(step: float, noise: float, rng):
@@ -53,3 +54,33 @@ def test_the_step_of_a_contour_of_one_sample_does_not_change_when_others_come():
     steps = [contour_samples(points[:n], outward[:n], planes[:n], 0.1).steps for n in (4, 7)]
     assert steps[0].tolist() == [1.0, 1.0, 1.0, 1.0]
     assert steps[1].tolist() == [1.0, 1.0, 1.0, 1.0, 5.0, 5.0, 5.0]
+
+
+def test_what_is_known_of_the_first_contours_changes_nothing():
+    """To the last bit, whether kinks of the first were found or not, with measured normals and
+    without."""
+    points, outward, planes, noise = touched("sphere", 8)
+    numbers = contours_of_planes(planes)
+    measured = np.arange(len(points)) % 3 == 0
+    for flags in (None, measured):
+
+        def samples_of(count, before=None, flags=flags):
+            columns = points[:count], outward[:count], planes[:count], noise
+            own = None if flags is None else flags[:count]
+            return contour_samples(*columns, numbers=numbers[:count], measured=own, before=before)
+
+        half = int(np.flatnonzero(np.diff(numbers))[11]) + 1
+        alone, first = samples_of(len(points)), samples_of(half)
+        for _ in range(2):
+            after = samples_of(len(points), first)
+            for name in ("points", "normals", "contours", "touches", "steps"):
+                assert getattr(after, name).tobytes() == getattr(alone, name).tobytes()
+            assert len(after.known_hinges) in (0, 12)
+            pairs = zip(after.hinges, alone.hinges, strict=True)
+            assert all(
+                np.array_equal(a, b)
+                for one, other in pairs
+                for a, b in zip(one, other, strict=True)
+            )
+            assert len(first.hinges) == 12
+        assert len(after.known_hinges) == 12
