@@ -20,6 +20,16 @@ def is_larger(count: int, before: int) -> bool:
     return int(steps[0]) > int(steps[1])
 
 
+def passed(count: int) -> int:
+    """The last power of that growth that a number of samples has passed.
+
+    >>> [passed(count) for count in (1, 2, 300, 350, 400)]
+    [1, 2, 265, 331, 331]
+    """
+    power = int(np.log(max(count, 1)) / np.log(_GROWS))
+    return int(np.ceil(_GROWS**power))
+
+
 @dataclass(frozen=True, eq=False)
 class Tried:
     """The labels with which moves were tried.

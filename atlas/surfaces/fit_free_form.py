@@ -1,14 +1,17 @@
 """Fit a free-form face: overlapping sextics as large as the samples allow, and kriging."""
 
+import hashlib
+
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchatlas.atlas.labels.tried import passed
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.kriging import beyond_noise, left_out, neighbours
 from touchatlas.atlas.surfaces.sextic_fit import equations_of, with_common_prior, with_factors
 from touchatlas.atlas.surfaces.sextic_sites import SexticSites, middles_of, sites_of
-from touchatlas.atlas.surfaces.sextics import Sextics, joined
+from touchatlas.atlas.surfaces.sextics import Sextics
 from touchatlas.patch.geometry.arrays import evenly
 
 # Radii are powers of this in deviations of a sample, so that the extent, which grows a little with
@@ -33,7 +36,8 @@ def fit_free_form(
     stds=None,
 ) -> FreeFormSurface:
     """The surface of a face from its samples: sextics of the largest radius with which they follow
-    the samples, or of the least radius with which these are enough.
+    the samples, or of the least radius with which these are enough. Whether a radius follows is
+    tried with the first n samples, with n on a geometric grid, so that it is seldom tried again.
 
     Parameters
     ----------
@@ -57,33 +61,61 @@ def fit_free_form(
     stds = np.full(len(points), std) if stds is None else np.maximum(stds, std)
     radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
     tree, known = cKDTree(points), {} if before is None else before.kept
-    some = neighbours(tree, evenly(np.arange(tree.n), 40))
     kept: dict = {}
+    sites = _largest_sites(tree, normals, stds, radius, levels.facing, known, kept)
+    found: FreeFormSurface | None = None
     while True:
-        middles = middles_of(tree, normals, radius, levels.facing)
-        sites = sites_of(tree, normals, middles, radius)
         equations = equations_of(sites, points, stds, known, kept)
-        counts = tree.query_ball_point(points[middles], radius / _RUNG, return_length=True)
-        if np.median(counts) < _LEAST:
-            break
-        found = FreeFormSurface(_sextics(sites, points, with_factors(equations)), points, normals)
-        if np.median(_left_out(_at(found, some), some, stds)) <= 1.0:
-            break
-        radius /= _RUNG
-    parts: list[Sextics] = []
-    every = neighbours(tree, np.arange(tree.n))
-    while True:
-        sextics = _sextics(sites, points, with_common_prior(equations, std / sites.radius))
+        fitted = with_common_prior(equations, std / sites.radius)
+        sextics = _sextics(sites, points, fitted)
         good = _face_samples(sites, sextics, points, normals)
-        if parts:
+        if found is None:
+            sextics = sextics.some(np.flatnonzero(good))
+            found = FreeFormSurface(sextics, points, normals, kept=kept)
+        else:
             good &= _follow_samples(sites, sextics, points, stds)
-        parts.append(sextics.some(np.flatnonzero(good)))
-        found = FreeFormSurface(joined(parts), points, normals, kept=kept)
-        rough = np.flatnonzero(_left_out(found.at_samples, every, stds) > 1.0)
+            found = found.with_finer(sextics.some(np.flatnonzero(good)))
+        groups = found.groups
+        rough = np.flatnonzero(_left_out(found.at_samples[groups], groups, stds) > 1.0)
         finer = _finer(tree, normals, rough, _FINER * sites.radius, levels.facing)
         if finer is None:
             return found.with_own_sides(stds)
-        sites, equations = finer, equations_of(finer, points, stds, known, kept)
+        sites = finer
+
+
+def _largest_sites(
+    tree: cKDTree, normals, stds, radius: float, facing: float, known: dict, kept: dict
+) -> SexticSites:
+    """Sextics of the largest radius, length, from ``radius`` down in steps, with which they follow
+    the first samples; or of the first one below which samples are too few. What is tried is
+    ``kept``, and taken from what is ``known``."""
+    first = passed(tree.n)
+    trial = tree.data[:first], normals[:first], stds[:first], facing
+    while True:
+        middles = middles_of(tree, normals, radius, facing)
+        counts = tree.query_ball_point(tree.data[middles], radius / _RUNG, return_length=True)
+        key = _key(*trial, radius)
+        if np.median(counts) >= _LEAST:
+            kept[key] = known[key] if key in known else _follow(*trial, radius)
+        if kept.get(key, True):
+            return sites_of(tree, normals, middles, radius)
+        radius /= _RUNG
+
+
+def _follow(points, normals, stds, facing: float, radius: float) -> bool:
+    """Whether sextics of a radius, length, follow samples in the median."""
+    tree = cKDTree(points)
+    sites = sites_of(tree, normals, middles_of(tree, normals, radius, facing), radius)
+    fitted = with_factors(equations_of(sites, points, stds, {}, {}))
+    surface = FreeFormSurface(_sextics(sites, points, fitted), points, normals)
+    some = neighbours(tree, evenly(np.arange(tree.n), 40))
+    values = surface.at(points[some.ravel()]).reshape(*some.shape, 4)
+    return bool(np.median(_left_out(values, some, stds)) <= 1.0)
+
+
+def _key(*content) -> bytes:
+    """A name of arrays and numbers."""
+    return hashlib.blake2b(b"".join(np.asarray(one).tobytes() for one in content)).digest()
 
 
 def _finer(tree: cKDTree, normals, rough, radius: float, facing: float) -> SexticSites | None:
@@ -129,18 +161,10 @@ def _face_samples(sites: SexticSites, sextics: Sextics, points, normals) -> np.n
     return np.asarray(sums > 0.0) if (sums > 0.0).any() else np.ones(len(sextics), bool)
 
 
-def _at(surface: FreeFormSurface, groups) -> np.ndarray:
-    """(n, 4) distance and normal of a surface at those of its samples that are in groups (g, k)."""
-    out, some = np.empty((len(surface.points), 4)), np.unique(groups)
-    out[some] = surface.at(surface.points[some])
-    return out
-
-
 def _left_out(values, groups, stds) -> np.ndarray:
     """(g,) variance of what a surface leaves out in groups of neighbours (g, k), with its distance
-    and normal at all samples (n, 4), of deviations (n,), over the largest with which it follows
-    them."""
-    values = values.take(groups, axis=0)
+    and normal at these (g, k, 4), and deviations (n,) of all samples, over the largest with which
+    it follows them."""
     found = left_out(values[..., 1:4], values[..., 0], stds[groups])
     return np.asarray(found / (_FOLLOWS * np.median(stds[groups], axis=1)) ** 2)
 

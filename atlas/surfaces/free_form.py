@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.surfaces.kriging import ResidualKriging, krige
+from touchatlas.atlas.surfaces.kriging import ResidualKriging, krige, neighbours
 from touchatlas.atlas.surfaces.sextic_mean import Evaluated, Mean, Sides
 from touchatlas.atlas.surfaces.sextic_sites import FACING, pairs_within
-from touchatlas.atlas.surfaces.sextics import Sextics
+from touchatlas.atlas.surfaces.sextics import Sextics, joined
 from touchatlas.atlas.surfaces.sharp_turns import SharpTurns
 
 # Distance from its middle at which a sextic no longer weighs, in radii.
@@ -41,7 +41,8 @@ class FreeFormSurface:
     least : float, length
         Amplitude of what the sextics leave out that is not sought.
     kept : dict
-        Normal equations of sextics by the samples that they follow from, for the next fit.
+        Normal equations of sextics, and whether a radius follows samples, by what they follow from,
+        for the next fit.
     pairs : (k, 2) int
         Samples on both sides of the places at which contours run over a sharp edge.
     """
@@ -108,12 +109,33 @@ class FreeFormSurface:
 
     @cached_property
     def at_samples(self) -> np.ndarray:
-        """(n, 4) the same at the samples."""
-        return self._mean_of(self._of_samples, self._sides(self.points), self.points).values
+        """(n, 4) the same at the samples. The side of each is its own."""
+        sides = Sides(self.normals, self.normals, np.zeros(0, int))
+        return self._mean_of(self._of_samples, sides, self.points).values
 
     @cached_property
     def _of_samples(self) -> Evaluated:
-        return self._evaluated(self.points)
+        reached = self._reached_samples
+        count = np.bincount(reached.which, minlength=len(self.points))
+        alone = np.flatnonzero(count == 0)
+        return reached.joined(self._nearest(alone, self.points)) if len(alone) else reached
+
+    @cached_property
+    def _reached_samples(self) -> Evaluated:
+        return self._told(*self._within(self._samples), self.points)
+
+    def with_finer(self, sextics: Sextics) -> "FreeFormSurface":
+        """The same surface with smaller sextics as well. What the larger ones say of the samples is
+        not asked again."""
+        if not len(sextics):
+            return self
+        finer = replace(self, sextics=sextics)
+        which, number, weight = finer._within(self._samples)
+        weight *= (self.radius / finer.radius) ** 3
+        found = self._with(sextics=joined([self.sextics, sextics]))
+        new = found._told(which, number + len(self.sextics), weight, self.points)
+        found.__dict__["_reached_samples"] = self._reached_samples.joined(new)
+        return found
 
     def with_own_sides(self, stds) -> "FreeFormSurface":
         """The same surface, whose own normals at the samples, of deviations (n,), tell the
@@ -121,9 +143,21 @@ class FreeFormSurface:
         normals = self.at_samples[:, 1:4].copy()
         stray, sides = self._strays(stds)
         normals[stray] = sides
-        found = replace(self, normals=normals, stds=stds)
+        found = self._with(normals=normals, stds=stds)
         found.__dict__["_of_samples"] = self._of_samples
         return found
+
+    def _with(self, **changes) -> "FreeFormSurface":
+        """The same surface with changes. What follows from the places of samples alone stays."""
+        found = replace(self, **changes)
+        kept = {k: v for k, v in vars(self).items() if k in ("_samples", "groups")}
+        vars(found).update(kept)
+        return found
+
+    @cached_property
+    def groups(self) -> np.ndarray:
+        """(n, k) the thirty samples about each, itself first."""
+        return neighbours(self._samples, np.arange(len(self.points)))
 
     def _strays(self, stds) -> tuple[np.ndarray, np.ndarray]:
         """The samples (k,) that all samples about them face away from, and the normals (k, 3) there
@@ -133,8 +167,7 @@ class FreeFormSurface:
         A section along the surface shows nothing of its normal.
         """
         off, normals = np.abs(self.at_samples[:, 0]), self.at_samples[:, 1:4]
-        near = self._samples.query(self.points, k=min(_NEAREST, len(self.points)))[1]
-        near = near.reshape(len(normals), -1)[:, 1:]
+        near = self.groups[:, 1:_NEAREST]
         others = np.einsum("nkj,nj->nk", normals[near], normals)
         stray = np.flatnonzero((others < FACING).all(axis=1))
         if not near.size or not len(stray):
@@ -151,7 +184,7 @@ class FreeFormSurface:
         # It takes more memory than all else, and is not needed again.
         del self.__dict__["_of_samples"]
         columns = self.points, values[:, 1:4], values[:, 0], self.stds
-        return krige(*columns, self.radius, self.least)
+        return krige(*columns, self.radius, self.least, (self._samples, self.groups))
 
     def sides(self, points) -> np.ndarray:
         """(n, 3) normals of the samples nearest to points (n, 3)."""
@@ -231,27 +264,25 @@ class FreeFormSurface:
     def _evaluated(self, points, sides: Sides | None = None) -> Evaluated:
         """What the sextics say that reach points (n, 3), or the nearest one. Where sides are given,
         of each point those alone that face as one of its sides does, or all where none does."""
-        which, number, weight = self._reached(points)
-        upward = self.sextics.axes[:, 2].take(number, axis=0)
-        if sides is not None:
-            faced = sides.faced(which, upward)
-            faced |= (np.bincount(which[faced], minlength=len(points)) == 0)[which]
-            columns = (which, number, weight, upward)
-            which, number, weight, upward = (x.compress(faced, axis=0) for x in columns)
-        found, stretch = self.sextics.values(number, points.take(which, axis=0))
-        return Evaluated(which, number, weight, upward, found, stretch)
-
-    def _reached(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The sextics that reach points (n, 3), or the nearest one; see ``_within``."""
         which, number, weight = self._within(cKDTree(points))
+        if sides is not None:
+            faced = sides.faced(which, self.sextics.axes[:, 2].take(number, axis=0))
+            faced |= (np.bincount(which[faced], minlength=len(points)) == 0)[which]
+            which, number, weight = (x.compress(faced) for x in (which, number, weight))
+        reached = self._told(which, number, weight, points)
         alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
-        if len(alone):
-            number = np.append(number, self._middles.query(points[alone])[1])
-            weight = np.append(weight, np.ones(len(alone)))
-            which = np.append(which, alone)
-            order = np.argsort(which, kind="stable")
-            which, number, weight = which[order], number[order], weight[order]
-        return which, number, weight
+        return reached.joined(self._nearest(alone, points)) if len(alone) else reached
+
+    def _nearest(self, rows, points) -> Evaluated:
+        """What the sextic nearest to each of some points ``rows`` (k,) says of it."""
+        number = self._middles.query(points[rows])[1]
+        return self._told(rows, number, np.ones(len(rows)), points)
+
+    def _told(self, which, number, weight, points) -> Evaluated:
+        """What sextics ``number`` (m,) say of points ``which`` (m,)."""
+        found, stretch = self.sextics.values(number, points.take(which, axis=0))
+        upward = self.sextics.axes[:, 2].take(number, axis=0)
+        return Evaluated(which, number, weight, upward, found, stretch)
 
     def _within(self, points: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The sextics that reach points, the largest first: indices of points (m,), their numbers

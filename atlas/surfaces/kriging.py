@@ -81,7 +81,9 @@ class ResidualKriging:
         return np.stack([predicted[:, 0], np.maximum(own**2 - predicted[:, 1], 0.0)])
 
 
-def krige(points, normals, residuals, stds, radius: float, least: float = 0.0) -> ResidualKriging:
+def krige(
+    points, normals, residuals, stds, radius: float, least: float = 0.0, near=None
+) -> ResidualKriging:
     """The process that residuals show beside sextics: its correlation length is the likeliest.
 
     Parameters
@@ -94,9 +96,11 @@ def krige(points, normals, residuals, stds, radius: float, least: float = 0.0) -
         That of the sextics.
     least : float, length
         Amplitude that is left out of the process.
+    near : (cKDTree, (n, k) int), optional
+        The tree of the points, and of each its ``neighbours``, where these are known.
     """
-    tree = cKDTree(points)
-    groups = neighbours(tree, np.arange(len(points)))
+    tree = cKDTree(points) if near is None else near[0]
+    groups = neighbours(tree, np.arange(len(points))) if near is None else near[1]
     variance = left_out(normals[groups], residuals[groups], stds[groups])
     variance = np.maximum(variance - least**2, 0.0)
     some = evenly(groups, _GROUPS)

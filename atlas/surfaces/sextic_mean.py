@@ -117,6 +117,13 @@ class Evaluated:
         which, *others = (column[own] for column in vars(self).values())
         return Evaluated(np.searchsorted(rows, which), *others)
 
+    def joined(self, other: "Evaluated") -> "Evaluated":
+        """Both, of the same points; of one point these come first."""
+        own, its = vars(self).values(), vars(other).values()
+        which, *columns = (np.concatenate(pair) for pair in zip(own, its, strict=True))
+        order = np.argsort(which, kind="stable")
+        return Evaluated(which[order], *(column.take(order, axis=0) for column in columns))
+
     def mean(self, sides, others=None) -> Mean:
         """The mean of the sextics that face as ``sides`` (n, 3) do at each of n points, by weights
         that fall with the distance and the angle to their normals. Where ``others`` (n, 3) are

@@ -161,6 +161,46 @@ def test_a_surface_before_saves_time_and_changes_nothing():
     assert after.shape_operators(points).tobytes() == alone.shape_operators(points).tobytes()
 
 
+def rippled(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) of a plane with ripples 100 times the noise high and 8 long, and normals."""
+    points = np.random.default_rng(5).uniform(-10.0, 10.0, (count, 3))
+    points[:, 2] = 100.0 * NOISE * np.sin(2.0 * np.pi * points[:, 0] / 8.0)
+    slope = 100.0 * NOISE * 2.0 * np.pi / 8.0 * np.cos(2.0 * np.pi * points[:, 0] / 8.0)
+    normals = np.stack([-slope, 0.0 * slope, np.ones(count)], axis=1)
+    return points, normals / np.linalg.norm(normals, axis=1)[:, None]
+
+
+def test_a_radius_is_tried_again_where_samples_have_grown_by_a_quarter():
+    """Powers of 1.25 are at 1,973 and 2,466: up to the second the first 1,973 samples tell whether
+    a radius follows, with a surface before or alone."""
+    points, normals = rippled(2470)
+
+    def tried(count, before=None):
+        found = fit_free_form(points[:count], normals[:count], NOISE, RADIUS, before)
+        return found, {key for key, kept in found.kept.items() if isinstance(kept, bool)}
+
+    before, first = tried(2000)
+    after, second = tried(2460, before)
+    later, third = tried(2470, after)
+    assert first and before.radius < RADIUS
+    assert first == second and not first & third
+    for count, found in ((2460, after), (2470, later)):
+        alone = tried(count)[0]
+        assert found.values(points).tobytes() == alone.values(points).tobytes()
+
+
+def test_smaller_sextics_join_larger_ones_as_if_they_had_come_at_once(fitted):
+    """What sextics say of the samples is the same but for the rounding of sums."""
+    points, normals = rippled(2000)
+    small = fit_free_form(points, normals, NOISE, 0.25 * RADIUS).sextics
+    large = fit_free_form(points, normals, NOISE, RADIUS).sextics
+    one = FreeFormSurface(large.some([0, 3]), points, normals)
+    both = one.with_finer(small.some(np.arange(0, len(small), 2)))
+    again = FreeFormSurface(both.sextics, points, normals)
+    assert len(both.sextics) > 10
+    assert np.abs(both.at_samples - again.at(points)).max() < 1e-12 * RADIUS
+
+
 def test_an_extent_that_grows_a_little_leaves_most_sextics_as_they_are():
     """Largest radii are powers of one number, so that their samples are the same."""
     points, normals = torus(1500, 3)
