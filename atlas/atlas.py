@@ -4,11 +4,9 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.body.choose import KnownBody, look_for_body
-from touchatlas.atlas.body.patch_graph import patch_graph
 from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.free_disc import FreeDisc, free_disc_of
 from touchatlas.atlas.check.invariants import violations
@@ -26,6 +24,7 @@ from touchatlas.patch.words import count_of
 
 if TYPE_CHECKING:
     from k3d.plot import Plot
+    from networkx import Graph, MultiGraph
     from trimesh import Trimesh
 
 
@@ -139,12 +138,13 @@ class Atlas(AtlasState):
         return read_faces(bare.pool, bare.sample_std, bare.levels, bare.known_body.faces)
 
     @property
-    def graph(self) -> nx.Graph:
+    def graph(self) -> "Graph":
         """The patches as nodes, each in its Darboux frame with its curvatures, and where they meet
         as edges: see ``touchatlas.atlas.body.patch_graph``. That of faces is
         ``faces().graph()``."""
-        body = self.without_tip.body
-        return nx.Graph() if body is None else patch_graph(body)
+        from touchatlas.atlas.body.patch_graph import patch_graph
+
+        return patch_graph(self.without_tip.body)
 
     def plot(self, colour: str = "deviation", unit: str = "") -> "Plot":
         """The surface and its samples in three dimensions, for a notebook; the surface is coloured
@@ -164,7 +164,7 @@ class Atlas(AtlasState):
             )
         return plot
 
-    def to_networkx(self) -> nx.MultiGraph:
+    def to_networkx(self) -> "MultiGraph":
         """The graph of faces, ``faces().graph()``: see ``touchatlas.atlas.faces.face_graph``."""
         return self.faces().graph()
 

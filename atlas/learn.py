@@ -6,6 +6,7 @@ import numpy as np
 
 from touchatlas.atlas.body.other_unit import unit_factor
 from touchatlas.atlas.pieces.piece import Piece, in_plane_cosines
+from touchatlas.atlas.records.options import SCALE_NOISE
 from touchatlas.atlas.records.touch import LEAST_POINTS, AtlasChange, Touch, TouchStatus, extent_of
 from touchatlas.atlas.samples.corrected import without_bad
 from touchatlas.atlas.samples.crossings import crossings_of
@@ -23,9 +24,6 @@ from touchatlas.atlas.touch_side import (
 from touchatlas.patch.geometry.contour import Contour, ContourEnd
 from touchatlas.patch.geometry.normal_error import MOST_TILT
 from touchatlas.patch.geometry.section import contour_normals
-
-# Unit of the fits in standard deviations of the noise, where no other is given.
-SCALE_NOISE = 5.0
 
 
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:

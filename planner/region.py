@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt
-from touchatlas.atlas.mesh.winding import winding_numbers
 
 _WANTED = "give box:X,Y,Z,X,Y,Z (two corners), ball:X,Y,Z,RADIUS, or the path of a closed mesh"
 # Files of which trimesh makes triangles in metres, whatever unit they name.
@@ -129,6 +128,8 @@ def _of_mesh(text: str, content: bytes) -> Region:
 def _signed_distance(mesh, points) -> np.ndarray:
     """(n,) distance of points (n, 3) from a closed mesh, negative inside, length."""
     import igl
+
+    from touchatlas.atlas.mesh.winding import winding_numbers
 
     vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     square, _, _ = igl.point_mesh_squared_distance(points, vertices, faces)

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.check.faults import Fault
-from touchatlas.atlas.check.free_disc import FreeDisc
+if TYPE_CHECKING:
+    from touchatlas.atlas.check.faults import Fault
+    from touchatlas.atlas.check.free_disc import FreeDisc
 
 
 class StopReason(Enum):
@@ -61,8 +63,8 @@ class Stop:
     reason: StopReason
     forecast: Forecast
     unreachable: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    free_disc: FreeDisc | None = None
-    faults: tuple[Fault, ...] = ()
+    free_disc: "FreeDisc | None" = None
+    faults: "tuple[Fault, ...]" = ()
 
     def __str__(self) -> str:
         """Why the exploration ended, what it may have missed, and what is wrong, in words."""

@@ -10,8 +10,8 @@ from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.frame import DarbouxFrame, any_tangent
 
 
-def patch_graph(body: Body) -> nx.Graph:
-    """The patches as nodes, and where two of them meet as edges.
+def patch_graph(body: Body | None) -> nx.Graph:
+    """The patches as nodes, and where two of them meet as edges; none without a body.
 
     Nodes have ``face`` (id), ``frame`` (DarbouxFrame: principal directions and outward normal at a
     point of the patch), ``k1`` and ``k2`` (1/length, positive where the surface bends toward the
@@ -19,6 +19,8 @@ def patch_graph(body: Body) -> nx.Graph:
     a ``kind``: that of an edge between faces, or "artificial" between patches of one surface.
     """
     graph = nx.Graph()
+    if body is None:
+        return graph
     patches = body.field.trees.patches()
     for number, (face, piece) in enumerate(patches):
         graph.add_node(number, face=face, **_node(piece))

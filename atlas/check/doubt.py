@@ -51,6 +51,15 @@ def some_apart(points, extent: float) -> np.ndarray:
     return np.reshape(kept, (-1, 3))
 
 
+def missed_words(diameter: float, place) -> str:
+    """That a hole or a horn of a diameter, length, may be at a place (3,), as a sentence."""
+    at = ", ".join(f"{x:.4g}" for x in place)
+    return (
+        f"A hole or a horn of up to {diameter:.3g} across may have been missed, near ({at}): no "
+        "larger disc on the surface is without a sample."
+    )
+
+
 # The reason of a planner that has reached its end.
 _KNOWN = "known to the tolerance"
 

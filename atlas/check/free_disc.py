@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.check.doubt import Doubt
+from touchatlas.atlas.check.doubt import Doubt, missed_words
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import cross
@@ -38,15 +38,6 @@ class FreeDisc:
     def words(self) -> str:
         """What may have been missed, as a sentence."""
         return missed_words(self.diameter, self.centre)
-
-
-def missed_words(diameter: float, place) -> str:
-    """That a hole or a horn of a diameter, length, may be at a place (3,), as a sentence."""
-    at = ", ".join(f"{x:.4g}" for x in place)
-    return (
-        f"A hole or a horn of up to {diameter:.3g} across may have been missed, near ({at}): no "
-        "larger disc on the surface is without a sample."
-    )
 
 
 def disc_numbers(disc: FreeDisc | None) -> dict:

@@ -2,7 +2,6 @@
 
 import igl
 import numpy as np
-import trimesh
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
@@ -46,21 +45,29 @@ def _closed_holes(surface: Surface, atlas: AtlasState) -> list[Doubt]:
 def _openings(surface: Surface, atlas: AtlasState) -> list[Doubt]:
     """One doubt where the surface is open though no rim is known there, no closed surface, or
     inside out."""
-    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-    rim = trimesh.grouping.group_rows(mesh.edges_sorted, require_count=1)
-    if len(rim):
-        middle = surface.vertices[mesh.edges_sorted[rim]].mean(axis=1)
+    edges, triangles = _edges(surface.faces)
+    if (triangles == 1).any():
+        middle = surface.vertices[edges[triangles == 1]].mean(axis=1)
         middle = middle[~atlas.rims.at(middle, atlas.tolerance)]
         words = "The surface is not closed; touch at the rims, unless the object is open there."
         places = some_apart(middle, box_diagonal(surface.vertices))
         return [Doubt("holes", words, places)] if len(middle) else []
-    if mesh.is_watertight and mesh.euler_number % 2 == 0:
+    characteristic = len(np.unique(surface.faces)) - len(edges) + len(surface.faces)
+    if (triangles == 2).all() and characteristic % 2 == 0:
         return _inside_out(surface.vertices, surface.faces)
     words = (
-        f"The triangles do not make a closed surface (Euler characteristic {mesh.euler_number}"
-        "); extract it with a shorter edge."
+        f"The triangles do not make a closed surface (Euler characteristic {characteristic}); "
+        "extract it with a shorter edge."
     )
     return [Doubt("topology", words, NOWHERE)]
+
+
+def _edges(faces) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (e, 2) of triangles, and how many triangles each has (e,)."""
+    pairs = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
+    count = int(faces.max()) + 1
+    keys, triangles = np.unique(count * pairs.max(axis=1) + pairs.min(axis=1), return_counts=True)
+    return np.stack([keys // count, keys % count], axis=1), triangles
 
 
 def _inside_out(vertices, faces) -> list[Doubt]:

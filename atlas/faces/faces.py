@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.edges.boundary import EdgeKind
@@ -15,6 +15,9 @@ from touchatlas.atlas.pieces.laws import Law
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
 from touchatlas.patch.words import count_of
+
+if TYPE_CHECKING:
+    from networkx import MultiGraph
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +185,7 @@ class Faces:
         found = {k: p for f in self.faces for k, p in zip(f.patches, f.pieces, strict=True)}
         return [found[k] for k in sorted(found)]
 
-    def graph(self) -> nx.MultiGraph:
+    def graph(self) -> "MultiGraph":
         """The faces as nodes and their edges as edges, with numbers and words only: see
         ``touchatlas.atlas.faces.face_graph``."""
         from touchatlas.atlas.faces.face_graph import as_networkx

@@ -1,6 +1,5 @@
 """Join faces: pieces are joined where nothing but the reach of one polynomial lies between them."""
 
-import networkx as nx
 import numpy as np
 
 from touchatlas.atlas.edges.blunt_edges import BluntEdge
@@ -11,7 +10,7 @@ from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.records.options import Levels
-from touchatlas.patch.geometry.arrays import frozen_array, nearest_to_mean
+from touchatlas.patch.geometry.arrays import frozen_array, linked, nearest_to_mean
 
 
 def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
@@ -51,15 +50,10 @@ def _normals(labels: Labels) -> np.ndarray:
 
 def _groups(labels: Labels, boundaries: list[Boundary]) -> np.ndarray:
     """(p,) number of the face of each of p labels."""
-    graph, samples = nx.Graph(), labels.evidence.samples
-    graph.add_nodes_from(range(len(labels.pieces)))
+    samples = labels.evidence.samples
     sure = [samples.are_of_several_contours(members) for members in labels.all_members()]
     artificial = [(b.first, b.second) for b in boundaries if b.kind is EdgeKind.ARTIFICIAL]
-    graph.add_edges_from(pair for pair in artificial if all(sure[k] for k in pair))
-    group = np.zeros(len(sure), int)
-    for number, part in enumerate(nx.connected_components(graph)):
-        group[list(part)] = number
-    return group
+    return linked(len(sure), [pair for pair in artificial if all(sure[k] for k in pair)])
 
 
 def _face(labels: Labels, number: int, own, of) -> Face:

@@ -4,7 +4,6 @@ from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
-import networkx as nx
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -16,7 +15,7 @@ from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.sextic_mean import Mean
-from touchatlas.patch.geometry.arrays import box_diagonal
+from touchatlas.patch.geometry.arrays import box_diagonal, linked
 
 
 class FaceTrees:
@@ -199,13 +198,12 @@ class FaceTrees:
     def _group_of(self) -> dict[int, tuple[int, ...]]:
         """The faces, ascending, of the free-form surface of each face that is a part of one: those
         that hang together by smooth rims."""
-        faces, graph = self.faces.faces, nx.Graph()
+        faces = self.faces.faces
         bent = [face.id for face in faces if self._may_be_free_form(face)]
-        graph.add_nodes_from(bent)
         smooth = [edge for edge in self.faces.edges if edge.kind is EdgeKind.SMOOTH_RIM]
         pairs = [(edge.first, edge.second) for edge in smooth]
-        graph.add_edges_from(pair for pair in pairs if set(pair) <= set(bent))
-        groups = [tuple(sorted(group)) for group in nx.connected_components(graph)]
+        of = linked(len(faces), [pair for pair in pairs if set(pair) <= set(bent)])
+        groups = [tuple(k for k in bent if of[k] == one) for one in dict.fromkeys(of[bent])]
         groups = [group for group in groups if any(faces[k].law is None for k in group)]
         return {number: group for group in groups for number in group}
 

@@ -15,6 +15,8 @@ _FINEST = 1e-3
 # Least tolerance, and inverse of the largest, in the user's unit: sixth powers of lengths must be
 # within double precision. Doubled, nothing changes.
 _SMALLEST = 1e-50
+# Unit of the fits in standard deviations of the noise, where no other is given.
+SCALE_NOISE = 5.0
 
 
 @dataclass(frozen=True)

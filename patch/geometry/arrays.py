@@ -143,3 +143,17 @@ def first_largest(values, begin) -> np.ndarray:
     counts = np.diff(begin, append=len(values))
     best = np.flatnonzero(values == np.repeat(np.maximum.reduceat(values, begin), counts))
     return best[np.searchsorted(best, begin)]
+
+
+def linked(count: int, pairs) -> np.ndarray:
+    """(count,) numbers of the groups of so many things of which pairs belong together; the group
+    of the first thing is 0, the next one 1.
+
+    >>> linked(5, [(3, 1), (4, 3)]).tolist()
+    [0, 1, 2, 1, 1]
+    """
+    least = np.arange(count)
+    for one, other in pairs:
+        low, high = sorted((least[one], least[other]))
+        least[least == high] = low
+    return np.unique(least, return_inverse=True)[1]

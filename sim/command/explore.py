@@ -8,13 +8,9 @@ from cyclopts import Parameter
 from touchatlas.sim.command.numbers import All, Json
 from touchatlas.sim.command.option_flags import with_options
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.command.run_end import end_of, resumable
-from touchatlas.sim.command.show import shown
-from touchatlas.sim.command.view import show_page
+from touchatlas.sim.folder.kept_settings import NO_OPTIONS
 from touchatlas.sim.folder.out_folder import default_folder
 from touchatlas.sim.folder.run_options import RunOptions
-from touchatlas.sim.run.exploration import NO_OPTIONS, run_exploration
-from touchatlas.sim.world.objects import make_object
 
 
 @with_options(RunOptions(), NO_OPTIONS)
@@ -45,6 +41,12 @@ def explore(
     view
         Show the run in a browser while it goes on, and its replay at the end.
     """
+    from touchatlas.sim.command.run_end import end_of, resumable
+    from touchatlas.sim.command.show import shown
+    from touchatlas.sim.command.view import show_page
+    from touchatlas.sim.run.exploration import run_exploration
+    from touchatlas.sim.world.objects import make_object
+
     with shown(f"preparing {name}") as watcher:
         watcher.is_viewed = view
         obj = make_object(name, options.seed)

@@ -5,11 +5,7 @@ from pathlib import Path
 from touchatlas.sim.command.numbers import All, Json, print_numbers
 from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
-from touchatlas.sim.command.run_end import end_of, resumable
-from touchatlas.sim.command.show import shown
 from touchatlas.sim.folder.run_folder import changed_versions, check_explored, read_settings
-from touchatlas.sim.run.exploration import FinishedError, resume_exploration
-from touchatlas.sim.world.objects import make_object
 
 
 def resume(
@@ -41,6 +37,11 @@ def resume(
         How well the surface is wanted, in the file's unit (mm for built-in objects), and no looser
         than before; the run's own by default.
     """
+    from touchatlas.sim.command.run_end import end_of, resumable
+    from touchatlas.sim.command.show import shown
+    from touchatlas.sim.run.exploration import FinishedError, resume_exploration
+    from touchatlas.sim.world.objects import make_object
+
     settings = read_settings(run)
     check_explored(run, settings)
     if changed := changed_versions(settings):

@@ -3,8 +3,11 @@
 from typing import Any
 
 from touchatlas.sim.folder.option_tables import flattened, options_of
+from touchatlas.sim.folder.run_folder import REGIONS_OF
 from touchatlas.sim.folder.run_options import RunOptions
 
+# Keys of run.toml, and of probe.toml, that are no options of the run.
+NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified", REGIONS_OF)
 # What a run may be gone on with: its budget, and other versions, which are said. The path of a mesh
 # may change as well, as long as its digest does not.
 _FREE = ("max_touches", "max_length", "unit")

@@ -7,7 +7,7 @@ from statistics import NormalDist
 import numpy as np
 
 from touchatlas.atlas import AtlasOptions
-from touchatlas.atlas.learn import SCALE_NOISE
+from touchatlas.atlas.records.options import SCALE_NOISE
 from touchatlas.planner import PlannerOptions
 from touchatlas.sim.machine.fault_words import faults_of
 from touchatlas.sim.machine.options import ProbeOptions

@@ -3,14 +3,18 @@
 from dataclasses import asdict, dataclass
 
 import numpy as np
-import trimesh
 
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.judgement import is_met, truth_warnings
 from touchatlas.sim.judge.surface_file import check_deviation, check_triangles
 from touchatlas.sim.judge.truth import EvaluateOptions, Truth
-from touchatlas.sim.world.triangles import interpolated, sample_triangles, surface_normals
+from touchatlas.sim.world.triangles import (
+    interpolated,
+    sample_triangles,
+    surface_normals,
+    topology_of,
+)
 
 
 @dataclass(frozen=True)
@@ -138,7 +142,7 @@ def evaluate_surface(
     )
     seen = reached & near
     angles = _angles_deg(normals[seen], truth.normals[seen])
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    topology = topology_of(faces)
     return Evaluation(
         float(np.mean(completeness <= tolerance)),
         *_statistics(accuracy),
@@ -153,8 +157,8 @@ def evaluate_surface(
         float(angles.mean()) if len(angles) else None,
         float(np.quantile(angles, 0.95)) if len(angles) else None,
         _calibration(accuracy, predicted),
-        bool(mesh.is_watertight and mesh.is_winding_consistent),
-        int(mesh.euler_number),
+        topology.is_closed and topology.is_wound_alike,
+        topology.euler_characteristic,
         truth.euler_characteristic if truth.closed else None,
         int(truth.part_of_face.max()) + 1,
         len(found),

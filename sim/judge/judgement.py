@@ -1,6 +1,6 @@
 """What the judge's numbers come to: whether the tolerance is met, and what was not reached."""
 
-from touchatlas.atlas.check.free_disc import missed_words
+from touchatlas.atlas.check.doubt import missed_words
 
 # The numbers that say most of a run.
 TEN = (

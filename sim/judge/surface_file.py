@@ -3,9 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
-from touchatlas.sim.world.mesh_file import read_mesh
 from touchatlas.sim.world.mesh_object import sound_faces
 from touchatlas.sim.world.triangles import areas_of
 
@@ -22,10 +20,15 @@ def load_surface(path):
     ValueError
         In one sentence: missing or unreadable file, no triangles, NaN, no extent.
     """
+    # A surface that was not read from a file is checked without trimesh.
+    from touchatlas.sim.world.mesh_file import read_mesh
+
     vertices, faces, _, more = read_mesh(path)
     if not _holds_deviation(Path(path)):
         faces, _, notes = sound_faces(Path(path).stem, vertices, faces)
         return vertices, faces, None, more + notes
+    import trimesh
+
     mesh = trimesh.load(path, force="mesh", process=False)
     # Here trimesh keeps the properties of a PLY that are not geometry, for both encodings.
     table = mesh.metadata.get("_ply_raw", {}).get("vertex", {}).get("data")

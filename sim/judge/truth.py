@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import trimesh
 
 from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.surface_file import check_triangles
 from touchatlas.sim.world.parts import hidden, hidden_area, part_of_faces
-from touchatlas.sim.world.triangles import sample_triangles, surface_normals
+from touchatlas.sim.world.triangles import sample_triangles, surface_normals, topology_of
 
 
 @dataclass(frozen=True)
@@ -113,13 +112,13 @@ class Truth:
 def truth_from_mesh(vertices, faces, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:
     """A mesh as the truth, sampled uniformly by area."""
     vertices, faces = check_triangles(vertices, faces, "the true mesh")
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
     points, index = sample_triangles(vertices, faces, options.samples, rng)
+    topology = topology_of(faces)
     return Truth(
         vertices,
         faces,
         points,
         surface_normals(vertices, faces, index, points),
-        bool(mesh.is_watertight),
-        int(mesh.euler_number),
+        topology.is_closed,
+        topology.euler_characteristic,
     )

@@ -9,10 +9,9 @@ from pathlib import Path
 from touchatlas.patch.words import count_of
 from touchatlas.planner import StopReason
 from touchatlas.sim.folder.journal import Entry, Journal
-from touchatlas.sim.folder.kept_settings import check_settings
+from touchatlas.sim.folder.kept_settings import NO_OPTIONS, check_settings
 from touchatlas.sim.folder.option_tables import as_table, updated
 from touchatlas.sim.folder.run_folder import (
-    REGIONS_OF,
     new_run,
     old_run,
     read_settings,
@@ -36,8 +35,6 @@ from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.objects import digest_of, make_object
 from touchatlas.sim.world.units import millimetre_of
 
-# Keys of run.toml, and of probe.toml, that are no options of the run.
-NO_OPTIONS = ("object", "digest", "versions", "tip", "qualified", REGIONS_OF)
 # Journals of earlier versions do not hold the settings of their touches.
 _ASSUMED = (
     "the journal of {folder} does not say with which settings it was made; those of run.toml are "

@@ -52,7 +52,9 @@ def level_set_mesh(field: Field, half_extent, edge: float):
     places = np.unravel_index(used, counts, order="F")
     grid = np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
     values = _in_batches(lambda points: field.first_order(points)[0], grid)
-    vertices, faces, _ = igl.marching_cubes(values, grid, np.searchsorted(used, corners))
+    number = np.empty(counts.prod(), np.int32)
+    number[used] = np.arange(len(used))
+    vertices, faces, _ = igl.marching_cubes(values, grid, number[corners].astype(np.int64))
     return newton_projection(field, vertices), faces
 
 

@@ -4,7 +4,6 @@ from functools import cached_property
 
 import igl
 import numpy as np
-import trimesh
 
 from touchatlas.sim.world.mesh_sections import PlaneSections
 from touchatlas.sim.world.parts import turned_outward
@@ -14,6 +13,7 @@ from touchatlas.sim.world.triangles import (
     sample_triangles,
     surface_normals,
     top_sample,
+    topology_of,
 )
 
 # Sides from which an open mesh is approached, in this order: from above, below, and around.
@@ -52,8 +52,7 @@ class MeshObject:
         # What a touch probe reaches on an object of the size of a hand.
         self.noise_std = 2e-4 * self.diagonal
         self.tolerance = 1e-3 * self.diagonal
-        mesh = trimesh.Trimesh(self.vertices, self.faces, process=False)
-        self.euler_characteristic = int(mesh.euler_number)
+        self.euler_characteristic = topology_of(self.faces).euler_characteristic
         # The tree's rays are in single precision with an absolute threshold for slivers: rays are
         # asked in a frame of fixed size, and the point found again on the triangle named.
         # Rays are traced in single precision, at a diagonal of a thousand.
@@ -177,9 +176,11 @@ def _refuse_flat(name: str, vertices) -> None:
 def _wound_alike(name: str, vertices, faces):
     """Faces of which neighbours are wound alike, and a note where they had to be turned or could
     not be."""
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if mesh.is_winding_consistent:
+    if topology_of(faces).is_wound_alike:
         return faces, []
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
     trimesh.repair.fix_winding(mesh)
     if mesh.is_winding_consistent:
         return np.asarray(mesh.faces), [

@@ -3,10 +3,10 @@
 import difflib
 import hashlib
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from touchatlas.patch.entry_points import OBJECTS, added, load_added
 from touchatlas.sim.world.implicit_fields import (
@@ -17,11 +17,17 @@ from touchatlas.sim.world.implicit_fields import (
     torus,
 )
 from touchatlas.sim.world.implicit_object import ImplicitObject
-from touchatlas.sim.world.mesh_file import read_mesh
 from touchatlas.sim.world.mesh_object import MeshObject
 
 # A hand-sized object touched by an arm that is good to 0.02 mm, as in the paper.
 _NOISE, _TOLERANCE = 0.02, 0.1
+# Triangles of a box whose corner x, y, z has the number 4 x + 2 y + z.
+_BOX = np.array(
+    [
+        *([1, 3, 0], [4, 1, 0], [0, 3, 2], [2, 4, 0], [1, 7, 3], [5, 1, 4]),
+        *([5, 7, 1], [3, 7, 2], [6, 4, 2], [2, 7, 6], [6, 5, 4], [7, 5, 6]),
+    ]
+)
 
 
 def _blob(seed: int) -> ImplicitObject:
@@ -52,11 +58,12 @@ def _mouse(seed: int) -> ImplicitObject:
 
 
 def _cube(seed: int) -> ImplicitObject:
-    box, half = trimesh.creation.box((60.0,) * 3), (30.0,) * 3
-    triangles = np.array(box.vertices), np.array(box.faces)
+    half = (30.0,) * 3
+    vertices = np.array(list(product((-30.0, 30.0), repeat=3)))
     field = polyhedron(np.kron(np.eye(3), [[1.0], [-1.0]]), np.repeat(half, 2))
     return ImplicitObject(
-        *("cube", "60 x 60 x 60, sharp", field, half, _NOISE, _TOLERANCE), triangles=triangles
+        *("cube", "60 x 60 x 60, sharp", field, half, _NOISE, _TOLERANCE),
+        triangles=(vertices, _BOX),
     )
 
 
@@ -137,6 +144,9 @@ def make_object(name: str, seed: int = 0) -> ImplicitObject | MeshObject:
         raise ValueError(
             f"there is no file {name!r}, nor a built-in object ({', '.join(object_names())}){hint}"
         )
+    # Reading meshes takes trimesh, which built-in objects do without.
+    from touchatlas.sim.world.mesh_file import read_mesh
+
     file = read_mesh(name)
     obj = MeshObject(Path(name).stem, file.vertices, file.faces)
     obj.unit, obj.notes = file.unit, [*file.notes, *obj.notes]

@@ -1,4 +1,6 @@
-"""Triangle arrays: areas, samples, normals, a disc of triangles."""
+"""Triangle arrays: areas, samples, normals, topology, a disc of triangles."""
+
+from typing import NamedTuple
 
 import igl
 import numpy as np
@@ -29,6 +31,28 @@ def edge_keys(faces) -> np.ndarray:
     """
     pairs = faces[:, [[1, 2], [2, 0], [0, 1]]].astype(np.int64)
     return (pairs.min(axis=2) * (int(faces.max()) + 1) + pairs.max(axis=2)).ravel()
+
+
+class Topology(NamedTuple):
+    """Whether each edge of some triangles has two of them, whether two triangles that share an edge
+    are wound alike, and the Euler characteristic."""
+
+    is_closed: bool
+    is_wound_alike: bool
+    euler_characteristic: int
+
+
+def topology_of(faces) -> Topology:
+    """How triangles (f, 3) hang together.
+
+    >>> topology_of(np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    Topology(is_closed=True, is_wound_alike=True, euler_characteristic=2)
+    """
+    _, edge, count = np.unique(edge_keys(faces), return_inverse=True, return_counts=True)
+    along = np.sign(faces[:, [2, 0, 1]] - faces[:, [1, 2, 0]]).ravel()
+    two, both = count == 2, np.bincount(edge, along)
+    characteristic = len(np.unique(faces)) - len(count) + len(faces)
+    return Topology(bool(two.all()), not both[two].any(), characteristic)
 
 
 def sample_triangles(vertices, faces, count: int, rng):

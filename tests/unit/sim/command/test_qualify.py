@@ -9,8 +9,8 @@ from tests.command import assert_refused, ran, touchatlas
 from touchatlas.planner.drivers.probe_file import read_tip
 from touchatlas.planner.drivers.qualification import pattern_1x25
 from touchatlas.sim import RunOptions
+from touchatlas.sim.folder.kept_settings import NO_OPTIONS
 from touchatlas.sim.folder.option_tables import read_options
-from touchatlas.sim.run.exploration import NO_OPTIONS
 
 BALL, TIP, STIFFNESS = 12.5, 1.0, 2.0
 
