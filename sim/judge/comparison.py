@@ -13,6 +13,7 @@ from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_folder import check_explored, going_on, read_settings
 from touchatlas.sim.judge.mismatches import mismatches_of
 from touchatlas.sim.judge.number_meanings import LENGTH, NUMBERS
+from touchatlas.sim.look.canvas import canvas, png_of
 
 FILES = ("compare.csv", "compare.png")
 # Numbers that are printed, of those in evaluation.json.
@@ -96,11 +97,7 @@ class Comparison:
 
     def png_bytes(self) -> bytes:
         """Coverage and mean error against tracked length, a curve for each run."""
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(10, 4.5), layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = canvas(10.0, 4.5, "constrained")
         left, right = figure.subplots(1, 2)
         for axes, column, label in (
             (left, "coverage", "coverage"),
@@ -119,9 +116,7 @@ class Comparison:
         if any(y > 0.0 for line in right.lines for y in line.get_ydata()):
             right.set_yscale("log")
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center")
-        image = io.BytesIO()
-        figure.savefig(image, dpi=110, metadata={"Software": None})
-        return image.getvalue()
+        return png_of(figure)
 
     def write(self, folder: Path) -> None:
         """Write compare.csv and compare.png."""

@@ -1,10 +1,9 @@
 """surface.png: the surface of a run from four sides, coloured by error, the truth below."""
 
-import io
-import warnings
-
 import igl
 import numpy as np
+
+from touchatlas.sim.look.canvas import canvas, png_of
 
 # Views as azimuth and elevation, degrees.
 _VIEWS = ((35.0, 25.0), (125.0, 25.0), (215.0, -25.0), (305.0, 25.0))
@@ -41,15 +40,13 @@ def deviation_picture(title: str, surface, deviation, tolerance: float) -> bytes
 def _picture(title: str, rows, shown, tolerance: float, label: str) -> bytes:
     """Rows of views of surfaces, by their names, each with colours (n, 3) or lengths (n,) at its
     vertices; the views have the vertices ``shown`` (n, 3) in the middle."""
-    # Not through pyplot, whose choice of back end is the caller's own.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.5, 0.6 + 2.5 * len(rows)), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
+    height = 0.6 + 2.5 * len(rows)
+    figure = canvas(11.5, height)
+    top = 1.0 - 0.4 / height
+    axes = figure.add_axes((0.025, 0.0, 0.875, top))
     scale = ScalarMappable(Normalize(0.0, tolerance), "viridis")
     box = np.array([shown.min(axis=0), shown.max(axis=0)])
     half = 1.05 * max(_half_extent(shown, view, box.mean(axis=0)) for view in _VIEWS)
@@ -64,14 +61,9 @@ def _picture(title: str, rows, shown, tolerance: float, label: str) -> bytes:
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     figure.suptitle(title, parse_math=False)
-    bar = figure.colorbar(scale, ax=axes, shrink=0.7, extend="max")
-    bar.set_label(label)
-    file = io.BytesIO()
-    with warnings.catch_warnings():
-        # A letter that the font lacks is drawn as a box, which is good enough.
-        warnings.filterwarnings("ignore", "Glyph .* missing")
-        figure.savefig(file, dpi=110, metadata={"Software": None})
-    return file.getvalue()
+    beside = figure.add_axes((0.92, 0.15 * top, 0.016, 0.7 * top))
+    figure.colorbar(scale, cax=beside, extend="max").set_label(label)
+    return png_of(figure)
 
 
 def _half_extent(vertices, view, centre) -> float:

@@ -4,6 +4,8 @@ import threading
 import webbrowser
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
+import numpy as np
+
 from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.look.frames import Frames
 from touchatlas.sim.look.replay import page_bytes, run_text
@@ -18,13 +20,13 @@ def follow(frames: Frames, obj: ImplicitObject | MeshObject, tolerance: float) -
     """
     unit = "mm" if isinstance(obj, ImplicitObject) else ""
 
-    def truth() -> ClosestPoints:
-        """The truth, which is looked at here, not measured with. The object keeps its mesh; a tree
-        that a thread held at the end of the process would be a leak."""
-        return ClosestPoints(*obj.mesh(0.2 * tolerance))
+    def truth() -> tuple[np.ndarray, np.ndarray]:
+        """The truth, which is looked at here, not measured with."""
+        return obj.mesh(0.2 * tolerance)
 
     def text(held: Frames) -> str:
-        return run_text(obj.name, held, tolerance, unit, truth(), live=True)
+        # A tree that a thread held at the end of the process would be a leak.
+        return run_text(obj.name, held, tolerance, unit, ClosestPoints(*truth()), live=True)
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:

@@ -39,6 +39,7 @@ def replay_bytes(
     tolerance: float,
     unit: str,
     truth: ClosestPoints | None,
+    seen: tuple[np.ndarray, np.ndarray] | None,
     curves: str,
     face_words: Sequence[str] = (),
 ) -> bytes:
@@ -54,14 +55,16 @@ def replay_bytes(
     unit : str
         Of lengths.
     truth : ClosestPoints, optional
-        Of the true surface, which is shown as translucent and is what errors are measured from.
+        Of the true surface, which errors are measured from.
+    seen : pair of vertices (v, 3), length, and faces (f, 3), optional
+        The true surface as it is shown, translucent.
     curves : str
         Pictures that stand beside, as HTML.
     face_words : sequence of str
         What each face of the finished surface is.
     """
     run = run_text(title, frames, tolerance, unit, truth, face_words)
-    return page_bytes(frames, unit, truth, run, curves)
+    return page_bytes(frames, unit, seen, run, curves)
 
 
 def run_text(
@@ -215,7 +218,7 @@ def _packed(about: dict, arrays: dict[str, np.ndarray]) -> str:
     return b64encode(zlib.compress(struct.pack("<I", len(head)) + head + body, 6)).decode()
 
 
-def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
+def _scene(low: np.ndarray, high: np.ndarray, unit: str, seen):
     """The plot with an object for each layer; the page fills them. ``low`` and ``high`` (3,) are
     corners of a box about all of them, length."""
     import k3d
@@ -241,9 +244,9 @@ def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
         # A tube of no length has no direction.
         line = np.array([[0, 0, 0], [extent, 0, 0]], np.float32), np.array([[0, 1]], np.uint32)
         plot += k3d.lines(*line, name=name, visible=False, **looks)
-    if truth is not None:
-        kept, faces = clustered(truth.vertices, truth.faces, MOST_VERTICES)
-        vertices = np.asarray(truth.vertices[kept], float)
+    if seen is not None:
+        kept, faces = clustered(*seen, MOST_VERTICES)
+        vertices = np.asarray(seen[0][kept], float)
         # A little within, so that the surface hides it where it is known. The triangles of two
         # sides that clustering made one have no normal together.
         normals = np.nan_to_num(igl.per_vertex_normals(vertices, faces))
@@ -252,12 +255,10 @@ def _scene(low: np.ndarray, high: np.ndarray, unit: str, truth):
     return plot
 
 
-def _in_sight(frames: Frames, truth) -> tuple[np.ndarray, np.ndarray]:
+def _in_sight(frames: Frames, seen) -> tuple[np.ndarray, np.ndarray]:
     """Corners (3,) of a box about the body and what was touched of it, length."""
     every = [touch.contact[None] for touch in frames.touches]
-    every += [mesh.vertices for mesh in frames.meshes[-1:]] + (
-        [] if truth is None else [truth.vertices]
-    )
+    every += [mesh.vertices for mesh in frames.meshes[-1:]] + ([] if seen is None else [seen[0]])
     points = np.concatenate(every).astype(float) if every else np.zeros((1, 3))
     low, high = points.min(axis=0), points.max(axis=0)
     return low, np.maximum(high, low + (float(np.ptp(points, axis=0).max()) or 1.0) * 1e-3)
@@ -271,13 +272,14 @@ def _camera(low: np.ndarray, high: np.ndarray, angle: float) -> list[float]:
     return [*place.tolist(), *centre.tolist(), 0.0, 0.0, 1.0]
 
 
-def page_bytes(frames: Frames, unit: str, truth, run: str, curves: str) -> bytes:
-    """The page that k3d makes, with our controls and curves about its picture."""
+def page_bytes(frames: Frames, unit: str, seen, run: str, curves: str) -> bytes:
+    """The page that k3d makes, with our controls and curves about its picture; ``seen`` is the true
+    surface as it is shown: see ``replay_bytes``."""
     folder = files("touchatlas.sim.look")
-    low, high = _in_sight(frames, truth)
+    low, high = _in_sight(frames, seen)
     script, layout = ((folder / name).read_text("utf-8") for name in ("page.js", "page.html"))
-    plot = _scene(low, high, unit, truth)
-    page = plot.get_snapshot(compression_level=6, additional_js_code=script)
+    plot = _scene(low, high, unit, seen)
+    page = plot.get_snapshot(compression_level=4, additional_js_code=script)
     # k3d writes the time of day there.
     page = re.sub(r"<title>.*?</title>", "<title>touchatlas</title>", page, count=1)
     canvas = '<div id="canvasTarget"></div>'

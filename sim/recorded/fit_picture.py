@@ -1,12 +1,11 @@
 """A fitted patch as triangles and as a picture, patch.png."""
 
-import io
-
 import numpy as np
 
 from touchatlas.atlas import Surface
 from touchatlas.patch import Patch
 from touchatlas.patch.geometry.arrays import cross
+from touchatlas.sim.look.canvas import canvas, png_of
 from touchatlas.sim.recorded.recording import Recording
 from touchatlas.sim.world.triangles import disc_faces
 
@@ -55,19 +54,12 @@ def _onto(patch: Patch, points) -> np.ndarray:
 
 def png_bytes(recording: Recording, patch: Patch, surface: Surface, title: str) -> bytes:
     """The patch with its contours in its own frame, and the residuals along each contour."""
-    # Not through pyplot, whose choice of back end is the caller's own.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13, 5.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = canvas(13.0, 5.5, "constrained")
     grid = figure.add_gridspec(1, 2, width_ratios=(1.1, 1.0))
     figure.suptitle(title, parse_math=False)
     _draw_patch(figure, figure.add_subplot(grid[0], projection="3d"), recording, patch, surface)
     _draw_residuals(figure.add_subplot(grid[1]), recording, patch)
-    image = io.BytesIO()
-    figure.savefig(image, dpi=110, metadata={"Software": None})
-    return image.getvalue()
+    return png_of(figure)
 
 
 def _draw_patch(figure, axes, recording: Recording, patch: Patch, surface: Surface) -> None:

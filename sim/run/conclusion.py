@@ -122,14 +122,19 @@ class Conclusion:
             self.frames.end(surface, open_places, self.atlas.body)
             bare = self.atlas.without_tip.body
             faces = [face.words for face in bare.faces.faces] if bare else []
-            curves = self.progress.charts(unit)
-            page = replay_bytes(name, self.frames, tolerance, unit, truth.closest, curves, faces)
+            curves, closest, seen = self.progress.charts(unit), truth.closest, self._seen()
+            own = tolerance, unit, closest, seen, curves, faces
+            page = replay_bytes(name, self.frames, *own)
             write_whole(folder / "replay.html", page)
-            error, _, _ = truth.closest(surface.vertices)
+            error, _, _ = closest(surface.vertices)
             body = surface.vertices, surface.faces
-            true = truth.vertices, truth.faces
-            picture = surface_picture(name, body, error, true, tolerance, unit)
+            picture = surface_picture(name, body, error, seen, tolerance, unit)
             write_whole(folder / "surface.png", picture)
+
+    def _seen(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (v, 3) and faces (f, 3) of the object as fine as a picture shows it: those that
+        its points are drawn from."""
+        return self.obj.mesh(0.5 * self.obj.tolerance)
 
     def _quality(self, surface: Surface | None, truth: Truth | None, rng) -> dict:
         """How good the surface is; without a surface the numbers are None or zero."""

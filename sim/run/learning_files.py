@@ -121,7 +121,7 @@ def _replay(run: LearningRun, atlas: Atlas, surface: Surface, open_places) -> by
     curves += chart("Path of the probe", length, unit) if touches else ""
     body = atlas.without_tip.body
     faces = [face.words for face in body.faces.faces] if body else []
-    return replay_bytes(RECORDED, frames, atlas.tolerance, unit, None, curves, faces)
+    return replay_bytes(RECORDED, frames, atlas.tolerance, unit, None, None, curves, faces)
 
 
 def _is_closed(surface: Surface | None) -> bool:

@@ -3,13 +3,13 @@
 import csv
 import io
 import math
-import warnings
 from pathlib import Path
 
 import numpy as np
 
 from touchatlas.atlas import Atlas, TouchStatus
 from touchatlas.planner import Step
+from touchatlas.sim.look.canvas import canvas, png_of
 from touchatlas.sim.look.curves import chart
 
 _COLUMNS = (
@@ -112,33 +112,24 @@ class Progress:
     def png_bytes(self, name: str, unit: str = "") -> bytes:
         """Coverage, predicted deviation and mean error against tracked length, with its unit, as
         progress.png."""
-        # Not through pyplot, whose choice of back end is the caller's own.
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(10, 4), layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = canvas(10.0, 4.0)
         left, right = figure.subplots(1, 2)
+        figure.subplots_adjust(left=0.07, right=0.985, bottom=0.13, top=0.92, wspace=0.22)
         self._curve(left, "predicted_coverage", "predicted coverage", "-")
         self._curve(left, "coverage", "coverage", "o-")
         unit = f" ({unit})" if unit else ""
         left.set(xlabel=f"tracked length{unit}", ylabel="share of the surface", ylim=(0, 1.02))
-        left.set_title(name, parse_math=False)
+        # A title of a given height need not be kept clear of the ticks.
+        left.set_title(name, y=1.0, parse_math=False)
         left.legend()
         self._curve(right, "predicted_deviation", "predicted, root mean square", "o-")
         self._curve(right, "completeness_mean", "mean error where covered", "o-")
-        right.set(
-            xlabel=f"tracked length{unit}", ylabel=f"length{unit}", title="deviation and error"
-        )
+        right.set(xlabel=f"tracked length{unit}", ylabel=f"length{unit}")
+        right.set_title("deviation and error", y=1.0)
         if any(y > 0.0 for line in right.lines for y in line.get_ydata()):
             right.set_yscale("log")
         right.legend()
-        image = io.BytesIO()
-        with warnings.catch_warnings():
-            # A letter that the font lacks is drawn as a box, which is good enough.
-            warnings.filterwarnings("ignore", "Glyph .* missing")
-            figure.savefig(image, dpi=110, metadata={"Software": None})
-        return image.getvalue()
+        return png_of(figure)
 
     def charts(self, unit: str) -> str:
         """The same curves against touches, as HTML."""
