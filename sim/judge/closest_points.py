@@ -35,23 +35,20 @@ class ClosestPoints:
         anchors, owners = self._anchors
         distance, index, feet = np.empty(len(points)), np.empty(len(points), int), points.copy()
         exact = np.ones(len(points), bool)
-        for some in _blocks(self._in_doubt(points)):
+        near, nearest_anchor = self._anchor_tree.query(points, k=2)
+        for some in _blocks(_in_doubt(near)):
             away = cdist(points[some], anchors)
             nearest = away.argmin(axis=1)
             least = away[np.arange(len(away)), nearest]
             exact[some] = (away <= 1.01 * least[:, None]).mean(axis=1) <= 0.02
             distance[some], index[some], feet[some] = least, owners[nearest], anchors[nearest]
-        for some in _blocks(np.flatnonzero(exact)):
+        # Points one after another that are near each other find what they need of the tree in the
+        # processor's cache.
+        order = np.argsort(nearest_anchor[:, 0], kind="stable")
+        for some in _blocks(order[exact[order]]):
             found = self._tree.squared_distance(self.vertices, self.faces, points[some])
             distance[some], index[some], feet[some] = np.sqrt(found[0]), found[1], found[2]
         return np.where(distance <= rounding, 0.0, distance), index, feet
-
-    def _in_doubt(self, points) -> np.ndarray:
-        """(d,) points that may be equally far from most of the mesh: from more than 2 % of the
-        anchors at most 1 % farther than from the nearest one. Few have two anchors as far; the
-        others need not be compared with all."""
-        nearest = self._anchor_tree.query(points, k=2)[0]
-        return np.flatnonzero(nearest[:, 1] <= 1.01 * nearest[:, 0])
 
     @cached_property
     def _anchors(self) -> tuple[np.ndarray, np.ndarray]:
@@ -67,6 +64,13 @@ class ClosestPoints:
         tree = igl.AABB()
         tree.init(self.vertices, self.faces)
         return tree
+
+
+def _in_doubt(near) -> np.ndarray:
+    """(d,) points that may be equally far from most of the mesh: from more than 2 % of the anchors
+    at most 1 % farther than from the nearest one. Few have two anchors as far, of the distances
+    ``near`` (n, 2) of the two nearest; the others need not be compared with all."""
+    return np.flatnonzero(near[:, 1] <= 1.01 * near[:, 0])
 
 
 def _blocks(rows) -> list[np.ndarray]:

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.surface_file import check_triangles
 from touchatlas.sim.world.parts import hidden, hidden_area, part_of_faces
@@ -52,7 +53,7 @@ class Truth:
     @property
     def diagonal(self) -> float:
         """Diagonal of the bounding box, length."""
-        return float(np.linalg.norm(np.ptp(self.vertices[np.unique(self.faces)], axis=0)))
+        return box_diagonal(self.corners)
 
     @cached_property
     def closest(self) -> ClosestPoints:
@@ -74,14 +75,16 @@ class Truth:
     @cached_property
     def hidden(self) -> np.ndarray:
         """(n,) whether points lie inside of another part, where no touch reaches them."""
-        return hidden(self.points, self.part_of_face[self.owners], self.vertices, self.faces)
+        return self._hidden(self.points, self.part_of_face[self.owners])
 
     @cached_property
     def _used(self) -> np.ndarray:
         """(c,) vertices that have a triangle."""
-        return np.unique(self.faces)
+        used = np.zeros(len(self.vertices), bool)
+        used[self.faces] = True
+        return np.flatnonzero(used)
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """(c, 3) vertices of the triangles, length."""
         return self.vertices[self._used]
@@ -96,7 +99,7 @@ class Truth:
     @cached_property
     def hidden_corners(self) -> np.ndarray:
         """(c,) whether ``corners`` lie inside of another part."""
-        return hidden(self.corners, self.part_of_corners, self.vertices, self.faces)
+        return self._hidden(self.corners, self.part_of_corners)
 
     @property
     def seen_corners(self) -> np.ndarray:
@@ -106,7 +109,12 @@ class Truth:
     @property
     def hidden_area(self) -> float:
         """Fraction of the true area that lies inside of other parts."""
-        return hidden_area(self.vertices, self.faces, self.owners, self.hidden)
+        own = self.owners, self.hidden, self.part_of_face
+        return hidden_area(self.vertices, self.faces, *own)
+
+    def _hidden(self, points, own) -> np.ndarray:
+        """(n,) whether points of the parts ``own`` (n,) lie inside of another part."""
+        return hidden(points, own, self.vertices, self.faces, self.part_of_face)
 
 
 def truth_from_mesh(vertices, faces, rng, options: EvaluateOptions = EvaluateOptions()) -> Truth:

@@ -18,8 +18,10 @@ def part_of_faces(faces) -> np.ndarray:
     return np.unique(labels[faces[:, 0]], return_inverse=True)[1]
 
 
-def hidden(points, own, vertices, faces) -> np.ndarray:
+def hidden(points, own, vertices, faces, labels=None) -> np.ndarray:
     """(n,) whether points of the parts ``own`` (n,) lie inside of another part.
+
+    ``labels`` (f,) are ``part_of_faces``, where they are known.
 
     A point is inside of a part if its generalized winding number about it is not zero (Jacobson et
     al., Robust Inside-Outside Segmentation, 2013). No touch from outside reaches it.
@@ -35,7 +37,7 @@ def hidden(points, own, vertices, faces) -> np.ndarray:
     [False, True]
     """
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
-    labels = part_of_faces(faces)
+    labels = part_of_faces(faces) if labels is None else labels
     found = np.zeros(len(points), bool)
     if not labels.any():
         return found
@@ -50,7 +52,7 @@ def hidden(points, own, vertices, faces) -> np.ndarray:
     return found
 
 
-def hidden_area(vertices, faces, owners=(), inside=()) -> float:
+def hidden_area(vertices, faces, owners=(), inside=(), labels=None) -> float:
     """Fraction of the area of a body that lies inside of other parts of it.
 
     Parameters
@@ -60,6 +62,8 @@ def hidden_area(vertices, faces, owners=(), inside=()) -> float:
     owners, inside : (n,) int, bool, optional
         Faces of samples, and whether these are hidden: they tell the share of a face. Of a face
         without samples its middle does.
+    labels : (f,) int, optional
+        ``part_of_faces``, where they are known.
 
     Examples
     --------
@@ -72,7 +76,7 @@ def hidden_area(vertices, faces, owners=(), inside=()) -> float:
     0.1
     """
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
-    labels = part_of_faces(faces)
+    labels = part_of_faces(faces) if labels is None else labels
     if not labels.any():
         return 0.0
     owners = np.asarray(owners, int)
@@ -80,7 +84,7 @@ def hidden_area(vertices, faces, owners=(), inside=()) -> float:
     share = np.bincount(owners, np.asarray(inside, float), len(faces)) / np.maximum(count, 1)
     bare = np.flatnonzero(count == 0)
     middles = vertices[faces[bare]].mean(axis=1)
-    share[bare] = hidden(middles, labels[bare], vertices, faces)
+    share[bare] = hidden(middles, labels[bare], vertices, faces, labels)
     areas = areas_of(vertices, faces)
     return float((areas * share).sum() / areas.sum())
 
@@ -105,7 +109,7 @@ def turned_outward(vertices, faces) -> tuple[np.ndarray, int]:
     volume = np.bincount(labels, (a * np.cross(b, c)).sum(axis=1), count)
     first = np.unique(labels, return_index=True)[1]
     corners = vertices[faces[first, 0]]
-    inner = hidden(corners, np.arange(count), vertices, faces) if count > 1 else np.zeros(1, bool)
+    inner = hidden(corners, np.arange(count), vertices, faces, labels)
     turned = ~inner & (volume < 0.0)
     for part in np.flatnonzero(turned):
         mine = faces[labels == part]
