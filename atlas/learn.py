@@ -29,11 +29,10 @@ from touchatlas.patch.geometry.section import contour_normals
 def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     """Enter the samples of one touch and the way on which the probe came, or say why the samples
     are refused. Without contact only the way is entered."""
-    check_touch(state, touch)
+    contours, bad = check_touch(state, touch)
     if touch.status is not TouchStatus.TOUCHED:
         _enter_way(state, touch)
         return AtlasChange(refused=f"the probe reported: {touch.status.value}")
-    contours, bad = _good_contours(touch)
     if not contours:
         return AtlasChange(refused=too_few(0))
     evidence = state.evidence.and_of(touch.number, contours, touch.contact, len(bad))
@@ -63,9 +62,10 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     return AtlasChange(innovations=news)
 
 
-def check_touch(state: AtlasState, touch: Touch) -> None:
-    """Refuse what is no touch, or one of another tip, or in another unit than what was measured so
-    far.
+def check_touch(state: AtlasState, touch: Touch) -> tuple[tuple[Contour, ...], np.ndarray]:
+    """The contours of a touch that have points enough, without bad contacts, and these (k, 3).
+    What is no touch, or one of another tip, or in another unit than what was measured so far, is
+    refused.
 
     Raises
     ------
@@ -76,13 +76,15 @@ def check_touch(state: AtlasState, touch: Touch) -> None:
         raise ValueError(f"got {type(touch).__name__}; give a Touch, as a probe returns it")
     if touch.status is TouchStatus.TOUCHED:
         check_tip(state, f"touch {touch.number}", touch.tip_radius)
-    contours, _ = _good_contours(touch)
+    good, bad = without_bad(touch.contours)
+    contours = tuple(c for c in good if len(c.points) >= LEAST_POINTS)
     check_noise(state, f"touch {touch.number}", [contour.noise_std for contour in contours])
     # The first three touches are small.
     if contours and state.touches >= 3:
         points = np.concatenate([contour.points for contour in contours])
         name, stds = f"touch {touch.number}", stds_of(state, contours)
         check_unit_of_length(state, name, points, stds, touch.approach)
+    return contours, bad
 
 
 def check_noise(state: AtlasState, name: str, noise) -> None:
@@ -122,12 +124,6 @@ def settle_tip(state: AtlasState, radius: float, systematic_std: float) -> None:
     if systematic_std > state.systematic_std:
         state.systematic_std = float(systematic_std)
         state.forget_law()
-
-
-def _good_contours(touch: Touch) -> tuple[tuple[Contour, ...], np.ndarray]:
-    """The contours of a touch that have points enough, without bad contacts, and these (k, 3)."""
-    contours, bad = without_bad(touch.contours)
-    return tuple(c for c in contours if len(c.points) >= LEAST_POINTS), bad
 
 
 def check_unit_of_length(state: AtlasState, name: str, points, stds, outward) -> None:

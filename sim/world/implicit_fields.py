@@ -106,7 +106,8 @@ def bottle(body: float, neck: float, half_height: float, shoulder: float, softne
     def first_order(points):
         x, y, z = points.T
         q, q1, c, c1 = factors(z)
-        gradient = np.stack([2.0 * x, 2.0 * y, -(q1 * c + q * c1)], axis=1)
+        gradient = 2.0 * points
+        gradient[:, 2] = -(q1 * c + q * c1)
         return x * x + y * y - q * c, gradient
 
     def hessian(points):
