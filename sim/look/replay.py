@@ -245,7 +245,7 @@ def _scene(low: np.ndarray, high: np.ndarray, unit: str, seen):
         line = np.array([[0, 0, 0], [extent, 0, 0]], np.float32), np.array([[0, 1]], np.uint32)
         plot += k3d.lines(*line, name=name, visible=False, **looks)
     if seen is not None:
-        kept, faces = clustered(*seen, MOST_VERTICES)
+        kept, faces = clustered(seen[0], seen[1], MOST_VERTICES)
         vertices = np.asarray(seen[0][kept], float)
         # A little within, so that the surface hides it where it is known. The triangles of two
         # sides that clustering made one have no normal together.
