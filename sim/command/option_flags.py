@@ -17,7 +17,6 @@ from touchatlas.sim.folder.option_tables import (
     read_options,
     updated,
 )
-from touchatlas.sim.study.workers import WorkOptions
 
 
 def whole(_type, tokens) -> int:
@@ -30,8 +29,6 @@ def whole(_type, tokens) -> int:
 
 
 Whole = Annotated[int, Parameter(converter=whole)]
-# Each of its fields is a flag.
-Work = Annotated[WorkOptions, Parameter(name="*")]
 
 
 def with_options(record, ignored: tuple[str, ...]) -> Callable:

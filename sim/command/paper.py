@@ -5,9 +5,10 @@ from pathlib import Path
 from rich.console import Console
 
 from touchatlas.sim.command.numbers import Json
-from touchatlas.sim.command.option_flags import Whole, Work
+from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.command.work_flags import Work
 from touchatlas.sim.study.paper_report import json_text, repeat_paper, terminal_tables
 from touchatlas.sim.study.workers import WorkOptions
 

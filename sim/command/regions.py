@@ -11,9 +11,10 @@ from rich.table import Table
 from touchatlas.atlas import extract_surface, save_atlas
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.command.numbers import Json
-from touchatlas.sim.command.option_flags import Whole, Work
+from touchatlas.sim.command.option_flags import Whole
 from touchatlas.sim.command.outcome import say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.command.work_flags import Work
 from touchatlas.sim.folder.ply import ply_bytes, stored
 from touchatlas.sim.folder.run_folder import read_settings, write_settings
 from touchatlas.sim.study.regions import (

@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 from touchatlas.patch.words import count_of
-from touchatlas.sim.command.option_flags import Work
 from touchatlas.sim.command.outcome import ExitCode, complain, say
 from touchatlas.sim.command.show import shown
+from touchatlas.sim.command.work_flags import Work
 from touchatlas.sim.study.workers import WorkOptions
 
 
