@@ -41,7 +41,7 @@ from touchatlas.sim import Probe, RunOptions, make_object
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.work import begin, random_streams
-from touchatlas.sim.study.economy import judged
+from touchatlas.sim.study.surface_judge import judged
 from touchatlas.sim.world.mesh_object import MeshObject
 
 OBJECTS = Path(

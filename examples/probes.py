@@ -34,7 +34,7 @@ from touchatlas.sim import ProbeOptions, RunOptions
 from touchatlas.sim.machine.options import SCANNING, cost_of
 from touchatlas.sim.machine.simulated_probe import probe_of
 from touchatlas.sim.run.work import begin, random_streams
-from touchatlas.sim.study.economy import judged
+from touchatlas.sim.study.surface_judge import judged
 from touchatlas.sim.world.mesh_object import MeshObject
 from touchatlas.sim.world.units import millimetre_of
 

@@ -32,7 +32,7 @@ from touchatlas.atlas.check.free_disc import largest_free_disc
 from touchatlas.planner import PlannerOptions, explore
 from touchatlas.sim import Probe, RunOptions
 from touchatlas.sim.run.work import begin, random_streams
-from touchatlas.sim.study.economy import judged
+from touchatlas.sim.study.surface_judge import judged
 
 POINTS, SMALL = 8000, 0.08
 FIGURES = (

@@ -8,9 +8,8 @@ import numpy as np
 from scipy.stats import binom, binomtest, wilcoxon
 
 from touchatlas.sim.study.cells import Row
-from touchatlas.sim.study.study import grouped, number
+from touchatlas.sim.study.tables import grouped, number
 
-LEVEL = 0.95
 # Of a run: what is compared, by its name, and a function of a row. Less is better.
 COSTS = {
     "touches": lambda row: number(row["touches"]),
@@ -24,7 +23,7 @@ COSTS = {
 }
 
 
-def median_interval(values: Sequence[float], level: float = LEVEL) -> tuple[float, float, float]:
+def median_interval(values: Sequence[float], level: float = 0.95) -> tuple[float, float, float]:
     """Median of the finite values, and an interval that holds that of the population.
 
     Between the k-th smallest and the k-th largest value lies the population's median with the
@@ -46,7 +45,7 @@ def median_interval(values: Sequence[float], level: float = LEVEL) -> tuple[floa
     return middle, float(known[k - 1]), float(known[-k])
 
 
-def share_interval(count: int, total: int, level: float = LEVEL) -> tuple[float, float, float]:
+def share_interval(count: int, total: int, level: float = 0.95) -> tuple[float, float, float]:
     """Share, and the interval of Wilson (Probable inference, 1927).
 
     Examples

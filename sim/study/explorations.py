@@ -31,7 +31,7 @@ from touchatlas.sim.study.bodies import (
     spike,
     two_balls,
 )
-from touchatlas.sim.study.families import Family
+from touchatlas.sim.study.family import Family
 from touchatlas.sim.study.outcome import Outcome, Verdict, attempted, outcome_of
 from touchatlas.sim.world.probe import Probe
 from touchatlas.sim.world.triangles import sample_triangles

@@ -7,8 +7,9 @@ import numpy as np
 
 from touchatlas.patch import FitOptions, Patch, Penalty, diagnose
 from touchatlas.patch.geometry.normal_error import SURE
-from touchatlas.sim.study.cases import Case, Shape
+from touchatlas.sim.study.cases import Case
 from touchatlas.sim.study.fits import FITS, Fit, Jet, papers
+from touchatlas.sim.study.heights import Shape
 from touchatlas.sim.study.outcome import Outcome, Verdict, attempted, outcome_of
 
 

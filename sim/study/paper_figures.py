@@ -7,19 +7,19 @@ import numpy as np
 
 from touchatlas.patch import Patch
 from touchatlas.patch.paper.curvature_on_grid import convex_hull
+from touchatlas.sim.study.figures import canvas, image_bytes
 from touchatlas.sim.study.fits import height_error
-from touchatlas.sim.study.paper import (
+from touchatlas.sim.study.paper import judged
+from touchatlas.sim.study.paper_places import (
     CURVES,
     DESCENT,
     OURS,
     PLAIN,
     Place,
     Visit,
-    judged,
     place,
     quadrant,
 )
-from touchatlas.sim.study.study import canvas, image_bytes
 from touchatlas.sim.world.triangles import disc_faces
 
 BLUE, SADDLE, BOWL = "#5b9bd5", "#4878cf", "#ee854a"

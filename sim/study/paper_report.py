@@ -12,7 +12,8 @@ from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_lock import locked
 from touchatlas.sim.study.paper import paper_tables
 from touchatlas.sim.study.paper_figures import figures
-from touchatlas.sim.study.study import Watch, check_options, csv_bytes
+from touchatlas.sim.study.study import Watch, check_options
+from touchatlas.sim.study.tables import csv_bytes
 from touchatlas.sim.study.workers import WorkOptions
 
 _ERRORS = {"data": "data curves", "verifying": "nine others", "inside": "within D"}

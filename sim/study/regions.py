@@ -11,14 +11,7 @@ import numpy as np
 
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.records.options import AtlasOptions, Levels
-from touchatlas.atlas.regions import (
-    Region,
-    joined,
-    learn_region,
-    load_part,
-    regions_of,
-    save_part,
-)
+from touchatlas.atlas.regions import Region, joined, learn_region, load_part, regions_of, save_part
 from touchatlas.patch.words import count_of
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.option_tables import updated

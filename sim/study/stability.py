@@ -11,10 +11,12 @@ from touchatlas.patch.entry_points import ESTIMATORS, added
 from touchatlas.sim.study.cells import Cell, Row
 from touchatlas.sim.study.explorations import ATLAS_FAMILIES, atlas_verdict
 from touchatlas.sim.study.families import FAMILIES
+from touchatlas.sim.study.figures import canvas
 from touchatlas.sim.study.fits import added_fits
 from touchatlas.sim.study.one_patch import METHODS, answered, verdict
 from touchatlas.sim.study.outcome import Outcome, Verdict
-from touchatlas.sim.study.study import Chart, Study, Summed, canvas, grouped, middle, number
+from touchatlas.sim.study.study import Chart, Study
+from touchatlas.sim.study.tables import Summed, grouped, middle, number
 
 COLUMNS = (
     *("family", "severity", "draw", "method", "outcome", "error", "height_ratio"),

@@ -1,22 +1,18 @@
 """One mechanism for all studies: cells on workers, rows in tables, summaries, pictures."""
 
-import io
-import math
-from collections.abc import Callable, Iterable
-from csv import DictWriter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from touchatlas.atlas.files import write_whole
 from touchatlas.sim.folder.out_folder import make_out_folder
 from touchatlas.sim.folder.run_lock import locked
 from touchatlas.sim.study.cells import DONE, Cell, Ledger, Row
+from touchatlas.sim.study.figures import image_bytes
+from touchatlas.sim.study.tables import Summed, csv_bytes, table_bytes
 from touchatlas.sim.study.workers import WorkOptions, workers
 
-Summed = list[dict[str, Any]]
 Watch = Callable[[int, int], None]
 
 
@@ -214,98 +210,3 @@ def _times(study: Study, cells: list[Cell], ledger: Ledger) -> bytes:
                 | {"where": answer.where}
             )
     return csv_bytes(tuple(rows[0]) if rows else (), rows)
-
-
-def table_bytes(file: str, columns: tuple[str, ...], rows: list[Row]) -> bytes:
-    """Rows as a table of the kind that a file's name ends with: CSV or Parquet.
-
-    Raises
-    ------
-    ValueError
-        For Parquet without pyarrow.
-    """
-    if not file.endswith(".parquet"):
-        return csv_bytes(columns, rows)
-    try:
-        from pyarrow import BufferOutputStream
-        from pyarrow import table as arrow_table
-        from pyarrow.parquet import write_table
-    except ImportError:
-        raise ValueError(
-            'a table in Parquet needs pyarrow; pip install "touchatlas[parquet]"'
-        ) from None
-    values = {name: _typed([row.get(name, "") for row in rows]) for name in columns}
-    stream = BufferOutputStream()
-    write_table(arrow_table(values), stream)
-    return stream.getvalue().to_pybytes()
-
-
-def _typed(texts: list[str]) -> list:
-    """A column of text as numbers, with None where it is blank; as it is where it holds words."""
-    for kind in (int, float):
-        try:
-            return [kind(text) if text else None for text in texts]
-        except ValueError:
-            pass
-    return texts
-
-
-def csv_bytes(columns: tuple[str, ...], rows: Iterable[dict]) -> bytes:
-    """Rows as a table; blank where a column is missing."""
-    text = io.StringIO()
-    writer = DictWriter(text, fieldnames=columns, extrasaction="ignore")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
-def number(text: str) -> float:
-    """The number of a cell; NaN where it is blank."""
-    return float(text) if text else math.nan
-
-
-def middle(values: Iterable[float]) -> float:
-    """Median of the values that are finite; NaN where there is none."""
-    known = [value for value in values if math.isfinite(value)]
-    return float(np.median(known)) if known else math.nan
-
-
-def grouped(rows: list[Row], *columns: str) -> dict[tuple[str, ...], list[Row]]:
-    """Rows by their values of some columns, in the order in which they come.
-
-    >>> grouped([{"a": "1"}, {"a": "2"}, {"a": "1"}], "a")[("1",)]
-    [{'a': '1'}, {'a': '1'}]
-    """
-    found: dict[tuple[str, ...], list[Row]] = {}
-    for row in rows:
-        found.setdefault(tuple(row[name] for name in columns), []).append(row)
-    return found
-
-
-def canvas(width: float, height: float):
-    """An empty figure, inches. It is not made by pyplot, whose back end is the caller's choice."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def plain_numbers(axis) -> None:
-    """Ticks 1, 2, 5, 10, ... of a logarithmic axis as plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
-def image_bytes(figure, suffix: str = "png") -> bytes:
-    """A figure as PNG or SVG; equal figures give equal bytes."""
-    import matplotlib
-
-    image, metadata = io.BytesIO(), {"Software": None} if suffix == "png" else {"Date": None}
-    with matplotlib.rc_context({"svg.hashsalt": "touchatlas"}):
-        figure.savefig(image, format=suffix, dpi=100, metadata=metadata)
-    return image.getvalue()

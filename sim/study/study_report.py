@@ -8,28 +8,22 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-import numpy as np
-
 from touchatlas.atlas.files import write_whole
 from touchatlas.patch.words import count_of
 from touchatlas.sim.study.about import about
 from touchatlas.sim.study.cells import Row
 from touchatlas.sim.study.compare import (
     COSTS,
-    both_met,
     comparisons,
     gap_closed,
     median_interval,
-    paired,
     share_interval,
 )
-from touchatlas.sim.study.study import canvas, grouped, image_bytes, middle, number, plain_numbers
+from touchatlas.sim.study.figures import canvas, image_bytes
 from touchatlas.sim.study.study_file import StudyFile
+from touchatlas.sim.study.study_pictures import pictures
+from touchatlas.sim.study.tables import grouped
 
-# Colours of Okabe and Ito, and lines that differ besides.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
-LINES = ("-", "--", "-.", ":")
-_MOST_OBJECTS, _MOST_FAILED = 40, 20
 Table = tuple[str, list[str], list[list[str]]]
 _STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}
 table{border-collapse:collapse;margin:1rem 0;font-size:.9rem;display:block;overflow-x:auto}
@@ -132,12 +126,12 @@ def score_tables(study: StudyFile, rows: list[Row]) -> list[Table]:
     return found
 
 
-def failures(study: StudyFile, rows: list[Row]) -> list[Table]:
-    """The runs that did not end by themselves."""
+def failures(study: StudyFile, rows: list[Row], most: int = 20) -> list[Table]:
+    """The first runs that did not end by themselves."""
     bad = [row for row in rows if not row["touches"]]
     lines = [
         [row["object"], ", ".join(row[flag] for flag in study.varied), row["seed"], row["ended"]]
-        for row in bad[:_MOST_FAILED]
+        for row in bad[:most]
     ]
     if not lines:
         return []
@@ -157,110 +151,6 @@ def _percent(found: Sequence[float]) -> str:
 
 def _p(p: float) -> str:
     return "–" if math.isnan(p) else f"{p:.2g}" if p >= 1e-4 else "< 0.0001"
-
-
-def pictures(study: StudyFile, rows: list[Row]) -> dict:
-    """Figures by the names of their files."""
-    done = [row for row in rows if row["touches"]]
-    if not done:
-        return {}
-    drawn = {"profiles": profiles(study, rows), "objects": by_object(study, done)}
-    if study.baseline:
-        ratios = ratio_picture(study, done)
-        drawn |= {"ratios": ratios} if ratios is not None else {}
-    return drawn
-
-
-def _styles(keys) -> dict:
-    return {
-        key: {"color": COLOURS[k % len(COLOURS)], "ls": LINES[k // len(COLOURS) % len(LINES)]}
-        for k, key in enumerate(keys)
-    }
-
-
-def profiles(study: StudyFile, rows: list[Row]):
-    """Share of the runs that had met their tolerance after so many touches and machine seconds."""
-    figure, groups = canvas(11.0, 4.6), grouped(rows, *study.varied)
-    panels = {"touches": "touches", "machine_seconds": "machine seconds"}
-    styles = _styles(groups)
-    for axes, (column, label) in zip(
-        figure.subplots(1, 2, sharey=True), panels.items(), strict=True
-    ):
-        most = 1.05 * max(number(row[column]) for row in rows if row[column])
-        for key, own in groups.items():
-            cost = np.sort([number(row[column]) for row in own if row["met"] == "1"])
-            share = np.array([*range(len(cost) + 1), len(cost)]) / len(own)
-            style = styles[key] | {"label": ", ".join(key)}
-            axes.step([0.0, *cost, most], share, where="post", **style)
-        axes.set(xlabel=label, ylim=(0.0, 1.02), xlim=(0.0, most))
-        axes.grid(alpha=0.25)
-    figure.axes[0].set_ylabel("share of runs that met the tolerance")
-    _legend(figure)
-    return figure
-
-
-def _legend(figure) -> None:
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    if any(labels):
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
-
-
-def by_object(study: StudyFile, rows: list[Row]):
-    """Median touches of each object and setting; grey, and without a bar of colours, where no run
-    met the tolerance."""
-    objects = [name for (name,) in grouped(rows, "object")][:_MOST_OBJECTS]
-    settings, cells = list(grouped(rows, *study.varied)), grouped(rows, "object", *study.varied)
-    values = np.full((len(objects), len(settings)), np.nan)
-    for line, name in enumerate(objects):
-        for column, key in enumerate(settings):
-            own = [row for row in cells.get((name, *key), ()) if row["met"] == "1"]
-            values[line, column] = middle(number(row["touches"]) for row in own)
-    figure = canvas(3.5 + 0.9 * len(settings), 1.8 + 0.3 * len(objects))
-    axes = figure.subplots()
-    shown = {"cmap": "cividis", "aspect": "auto"}
-    image = axes.imshow(np.ma.masked_invalid(values), **shown)
-    axes.set_facecolor("#dddddd")
-    met = bool(np.isfinite(values).any())
-    bright = np.nanmean(values) if met else 0.0
-    for (line, column), value in np.ndenumerate(values):
-        words = "not met" if np.isnan(value) else f"{value:.3g}"
-        colour = "black" if np.isnan(value) or value > bright else "white"
-        axes.text(column, line, words, ha="center", va="center", size=8, color=colour)
-    axes.set_yticks(range(len(objects)), objects)
-    names = [", ".join(key) or "all" for key in settings]
-    axes.set_xticks(range(len(settings)), names, rotation=35, ha="right")
-    if met:
-        figure.colorbar(image, ax=axes, label="median touches")
-    return figure
-
-
-def ratio_picture(study: StudyFile, rows: list[Row]):
-    """Costs over the baseline's, a point a pair, and the median with its interval as a bar; None
-    where there is no pair."""
-    names = ("touches", "machine seconds", "machine seconds to 99 %", "95 % error / tolerance")
-    every = paired(rows, list(study.varied), study.baseline)
-    pairs = {value: both_met(own) for value, own in every.items() if both_met(own)}
-    if not pairs:
-        return None
-    figure = canvas(12.0, 1.6 + 0.5 * len(pairs))
-    for axes, name in zip(figure.subplots(1, len(names), sharey=True), names, strict=True):
-        axes.set(xscale="log", xlabel=name)
-        axes.axvline(1.0, color="black", lw=1.0)
-        for height, own in enumerate(pairs.values()):
-            ratios = [COSTS[name](row) / COSTS[name](other) for row, other in own]
-            known = [ratio for ratio in ratios if math.isfinite(ratio) and ratio > 0.0]
-            axes.plot(known, [height] * len(known), "o", alpha=0.4, ms=4, color=COLOURS[0])
-            centre, low, high = median_interval(known)
-            if math.isfinite(centre):
-                axes.plot([centre] * 2, [height - 0.3, height + 0.3], lw=2.5, color="black")
-            if math.isfinite(low):
-                axes.plot([low, high], [height] * 2, lw=2.5, color="black")
-        axes.set_yticks(range(len(pairs)), list(pairs))
-        plain_numbers(axes.xaxis)
-        axes.grid(alpha=0.25, axis="x", which="both")
-    base_words = ", ".join(study.baseline.values())
-    figure.suptitle(f"cost over that of {base_words}: left of the line is cheaper")
-    return figure
 
 
 def _html(name: str, head, tables: list[Table], drawn: dict, text: str) -> str:

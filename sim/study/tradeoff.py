@@ -19,6 +19,7 @@ from touchatlas.patch import Patch
 from touchatlas.patch.entry_points import ESTIMATORS, added
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.sim.study.cells import Cell, Row
+from touchatlas.sim.study.figures import canvas
 from touchatlas.sim.study.fits import (
     FITS,
     PAPER,
@@ -29,7 +30,8 @@ from touchatlas.sim.study.fits import (
     mesh_curvatures,
 )
 from touchatlas.sim.study.scenes import SURFACES, Scene, draw_scene
-from touchatlas.sim.study.study import Chart, Study, Summed, canvas, grouped, number
+from touchatlas.sim.study.study import Chart, Study
+from touchatlas.sim.study.tables import Summed, grouped, number
 
 MEASURES = (
     *("mean_error", "max_error", "curvature_error", "time_ratio"),

@@ -11,7 +11,7 @@ from touchatlas.atlas.records.options import Levels
 from touchatlas.planner import Planner, StopReason, explore
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.study.economy import judged
+from touchatlas.sim.study.surface_judge import judged
 
 BODIES = ("bottle", "cube", "torus")
 

@@ -12,20 +12,13 @@ from touchatlas.planner.options import NAMES
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.study.compare import gap_closed
-from touchatlas.sim.study.economy import (
-    COLUMNS,
-    COSTS,
-    ECONOMY,
-    OPTIONS,
-    OTHERS,
-    EconomyOptions,
-    cells_of,
-    judged,
-    styles,
-    summary,
-)
+from touchatlas.sim.study.economy import COLUMNS, ECONOMY, cells_of
+from touchatlas.sim.study.economy_costs import COSTS, OTHERS, summary
+from touchatlas.sim.study.economy_pictures import styles
+from touchatlas.sim.study.figures import image_bytes
 from touchatlas.sim.study.oracle import Oracle, errors, worst
-from touchatlas.sim.study.study import image_bytes, run
+from touchatlas.sim.study.study import run
+from touchatlas.sim.study.surface_judge import OPTIONS, EconomyOptions, judged
 
 pytestmark = pytest.mark.usefixtures("no_processes")
 METHODS = ("tolerance", "oracle")

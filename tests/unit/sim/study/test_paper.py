@@ -8,22 +8,19 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from touchatlas.sim.study.paper import (
+from touchatlas.sim.study.paper import ROWS, judged, spread, table1
+from touchatlas.sim.study.paper_figures import sheet_of
+from touchatlas.sim.study.paper_places import (
     CURVES,
     DESCENT,
     FAST,
     PAPERS_FITS,
     PLAIN,
-    ROWS,
-    judged,
     place,
     quadrant,
     section_curvatures,
-    spread,
-    table1,
     true_areas,
 )
-from touchatlas.sim.study.paper_figures import sheet_of
 from touchatlas.sim.study.paper_report import repeat_paper, table1_csv, terminal_tables
 
 FILES = {"paper.json", "table1.csv", "figure4.png", "figure5.png", "figure6.png", "figure8.png"}

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from touchatlas.patch import diagnose, fit_patch
-from touchatlas.sim.study.cases import graph_shape, quadric, random_rotation
+from touchatlas.sim.study.cases import random_rotation
 from touchatlas.sim.study.cells import LEDGER
-from touchatlas.sim.study.families import FAMILIES, smooth
+from touchatlas.sim.study.families import FAMILIES
+from touchatlas.sim.study.family import smooth
+from touchatlas.sim.study.figures import image_bytes
+from touchatlas.sim.study.heights import graph_shape, quadric
 from touchatlas.sim.study.one_patch import METHODS, judge, verdict
 from touchatlas.sim.study.outcome import Outcome
 from touchatlas.sim.study.stability import ONE_PATCH, charts_of
-from touchatlas.sim.study.study import draw_chart, image_bytes
+from touchatlas.sim.study.study import draw_chart
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,8 @@ import csv
 import pytest
 
 from touchatlas.sim.study.cells import LEDGER, Cell
-from touchatlas.sim.study.study import Chart, Study, canvas, draw_chart, image_bytes, run
+from touchatlas.sim.study.figures import canvas, image_bytes
+from touchatlas.sim.study.study import Chart, Study, draw_chart, run
 
 COLUMNS = ("number", "seed", "square", "note")
 

@@ -15,7 +15,8 @@ from touchatlas.sim.study.compare import comparisons, median_interval, share_int
 from touchatlas.sim.study.course import FIGURES, TIMED
 from touchatlas.sim.study.study import run
 from touchatlas.sim.study.study_file import read_study
-from touchatlas.sim.study.study_report import pictures, write_report
+from touchatlas.sim.study.study_pictures import pictures
+from touchatlas.sim.study.study_report import write_report
 from touchatlas.sim.study.sweep import runs_of, sweep
 from touchatlas.sim.study.workers import Here, WorkOptions
 

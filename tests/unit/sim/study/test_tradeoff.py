@@ -14,7 +14,8 @@ from touchatlas.sim.study.fits import (
     mesh_curvatures,
 )
 from touchatlas.sim.study.scenes import draw_scene
-from touchatlas.sim.study.study import number, run
+from touchatlas.sim.study.study import run
+from touchatlas.sim.study.tables import number
 from touchatlas.sim.study.tradeoff import (
     MESH,
     TRADEOFF,
