@@ -9,10 +9,6 @@ from touchatlas.atlas.atlas import AtlasChange
 from touchatlas.atlas.records.touch import Touch, TouchStatus
 from touchatlas.planner.probe_plan import ProbePlan, Reason
 
-# How often contours that were too short for a patch, or hidden by noise, are tried with other arms;
-# before any touch gave one, when nothing is known of the size, it is more often.
-_TIMES, _TIMES_FIRST = 2, 5
-
 
 @dataclass(frozen=True, eq=False)
 class Target:
@@ -170,8 +166,9 @@ class Attempts:
         arms; where it met nothing, from a known sample."""
         target = self.pending.pop(touch.number).target
         self.tried.append(target.place)
-        met, most = touch.status is TouchStatus.TOUCHED, _TIMES if self.touched else _TIMES_FIRST
-        again = met and bool(change.refused) and target.times < most
+        met = touch.status is TouchStatus.TOUCHED
+        # Before any touch gave a patch, nothing is known of the size: other arms are tried longer.
+        again = met and bool(change.refused) and target.times < (2 if self.touched else 5)
         if again:
             closer = target.closer + (-1 if change.hidden else 1)
             self.closer.append(replace(target, closer=closer, times=target.times + 1))

@@ -7,9 +7,6 @@ import numpy as np
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
 
-# Arcs around the body are drawn as chords over this angle, rad, of a circle outside of it.
-_CHORD = np.pi / 8.0
-
 
 def safe_way(
     atlas: Atlas, start, goal, radius: float, margin: float, directions: int = 60
@@ -141,21 +138,21 @@ class _Known:
         )
         return found
 
-    def around(self, start, goal) -> np.ndarray:
+    def around(self, start, goal, chord: float = np.pi / 8.0) -> np.ndarray:
         """(k, 3) points of a great circle about the sphere between two points on or outside of it,
-        so far out that chords stay outside."""
+        so far out that chords over an angle (rad) stay outside."""
         if not len(self._points):
             return np.zeros((0, 3))
         a, b = ((p - self.centre) / np.linalg.norm(p - self.centre) for p in (start, goal))
         angle = float(np.arccos(np.clip(a @ b, -1.0, 1.0)))
-        count = int(np.ceil(angle / _CHORD))
+        count = int(np.ceil(angle / chord))
         aside = b - (a @ b) * a
         size = float(np.linalg.norm(aside))
         aside = aside / size if size > 1e-9 else any_tangent(a)
         at = angle * np.linspace(0.0, 1.0, count + 1)[:, None]
         out = max(self.radius, *(float(np.linalg.norm(p - self.centre)) for p in (start, goal)))
         arc = np.cos(at) * a + np.sin(at) * aside
-        found: np.ndarray = self.centre + out / np.cos(0.5 * _CHORD) * arc
+        found: np.ndarray = self.centre + out / np.cos(0.5 * chord) * arc
         return found
 
 

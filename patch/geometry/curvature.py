@@ -4,10 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Probability that a true umbilic is not recognised.
-UMBILIC_FALSE_ALARM = 0.05
-# The limit of chi-square with two degrees of freedom at that probability.
-UMBILIC_LIMIT = -2.0 * np.log(UMBILIC_FALSE_ALARM)
+# The limit of chi-square with two degrees of freedom that one in twenty true umbilics exceeds.
+UMBILIC_LIMIT = -2.0 * np.log(0.05)
 # Angle below which rounding of coordinates far from the origin decides, rad.
 LEAST_ANGLE = 1e-9
 # Largest condition number of sections that a fit accepts: they lie within about 2 degrees of
@@ -30,8 +28,7 @@ class PrincipalCurvatures:
     direction_std : float, rad
         Standard deviation of the directions in the tangent plane. It is infinite where k1 = k2.
     umbilic : bool
-        Whether the data do not contradict k1 = k2, tested at a false-alarm rate of
-        UMBILIC_FALSE_ALARM.
+        Whether the data do not contradict k1 = k2, tested at a false-alarm rate of 5 %.
     condition : float
         Condition number of the system for k1 and k2. It is sqrt 2 for sections 60 degrees apart.
     """
@@ -137,7 +134,7 @@ def curvatures_from_sections(normal_curvatures, angles, stds):
     std : (2,) float, 1/length
         Standard deviations of k1 and k2.
     umbilic : bool
-        Whether the data do not contradict k1 = k2, at a false-alarm rate of UMBILIC_FALSE_ALARM.
+        Whether the data do not contradict k1 = k2, at a false-alarm rate of 5 %.
     condition : float
         Condition number of the m x 3 system. It is large when directions nearly coincide (the
         paper's situation (b)).

@@ -13,8 +13,6 @@ from touchatlas.patch.geometry.polynomial import monge_basis
 
 # Degree of the polynomial in the paper.
 DEGREE = 4
-# Orders of d/dx and d/dy of p, q, r, s, t.
-_ORDERS = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
 
 def domain_radius(points_local) -> float:
@@ -71,7 +69,7 @@ def grid_derivatives(uv, i, j, k1, k2):
         (_falling(i, a) * _falling(j, b))[:, None]
         * u ** np.maximum(i - a, 0)[:, None]
         * v ** np.maximum(j - b, 0)[:, None]
-        for a, b in _ORDERS
+        for a, b in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
     ]
     one = np.ones(len(uv))
     quadric = np.concatenate([k1 * u, k2 * v, k1 * one, 0.0 * one, k2 * one])

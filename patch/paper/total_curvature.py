@@ -30,9 +30,6 @@ from touchatlas.patch.paper.curvature_on_grid import (
     weighted_slopes,
 )
 
-# Number of grid points in the hull: a fold of a quartic is about five cells wide.
-GRID_POINTS = 400
-
 
 @dataclass(frozen=True, eq=False)
 class FoldProblem:
@@ -150,7 +147,8 @@ def fold_problem(points_local, k1, k2, multiplier, *, reference_curvature=0.0) -
             f"the hull of the points has an area of {hull.volume:.4g} at a radius of {radius:.4g}, "
             "too narrow for a grid; give curves in two or more directions"
         )
-    spacing = float(np.sqrt(hull.volume / GRID_POINTS))
+    # Of 400 cells a fold of a quartic is about five wide.
+    spacing = float(np.sqrt(hull.volume / 400))
     i, j = free_exponents()
     x, y, z = points.T / radius
     design = x[:, None] ** i * y[:, None] ** j

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
         MachineFault,
         OutOfReach,
     )
-    from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program, log_name, touch_of_log
+    from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program, log_name
     from touchatlas.planner.drivers.linuxcnc_live import LinuxCnc
+    from touchatlas.planner.drivers.linuxcnc_logs import touch_of_log
     from touchatlas.planner.drivers.probe_file import probe_toml, read_tip
     from touchatlas.planner.drivers.qualification import Qualification, qualify
     from touchatlas.planner.drivers.recording import Recording
@@ -51,7 +52,8 @@ __getattr__, __dir__ = lazy_names(
         "bags": "read_bag",
         "grbl": "Grbl",
         "guarded": "Controller GuardOptions GuardedTrigger MachineFault OutOfReach",
-        "linuxcnc_files": "linuxcnc_program log_name touch_of_log",
+        "linuxcnc_files": "linuxcnc_program log_name",
+        "linuxcnc_logs": "touch_of_log",
         "linuxcnc_live": "LinuxCnc",
         "probe_file": "probe_toml read_tip",
         "qualification": "Qualification qualify",

@@ -28,8 +28,6 @@ from touchatlas.planner.drivers.guarded import (
 )
 from touchatlas.planner.drivers.lines import Lines, open_lines
 
-# Digits of a coordinate in mm that a line holds; grbl's steps are coarser.
-_DIGITS = 4
 _SILENT = "the controller does not answer; see cable, port and baud rate"
 
 
@@ -114,8 +112,9 @@ class Grbl:
         check_overtravel(stop, feed, self._overtravel)
         start = self.position()
         length = float(np.linalg.norm(target - start))
+        # Steps of grbl are coarser than the digits of these millimetres.
         places = "".join(
-            f"{axis}{x:.{_DIGITS}f}" for axis, x in zip("XYZ", target * self._unit, strict=True)
+            f"{axis}{x:.4f}" for axis, x in zip("XYZ", target * self._unit, strict=True)
         )
         # Units and distance mode stand in the line, so that a reset does not change them.
         line = f"G21G90G94{word}{places}F{60.0 * feed * self._unit:.2f}"

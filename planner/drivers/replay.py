@@ -18,9 +18,6 @@ from touchatlas.planner.tracking.arms import Arm, touch_of, untracked
 from touchatlas.planner.tracking.options import Tip, TrackingOptions
 from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries, samples_of, smoothed
 
-# Half of the angle between three planes: arms are of one plane within it.
-_ONE_PLANE = np.cos(np.radians(30.0))
-
 
 @dataclass(frozen=True)
 class ReplayOptions:
@@ -208,13 +205,14 @@ def _touch(number: int, tracks: list[_Track], tip: Tip, step: float) -> Touch:
     planes: list[SamplingPlane] = []
     rest = list(tracks)
     centre = np.mean([track.start for track in tracks], axis=0)
+    # Half of the angle between three planes: arms are of one plane within it.
+    alike = np.cos(np.radians(30.0))
     while rest:
         ahead = rest.pop(0)
         opposite = [
             k
             for k, other in enumerate(rest)
-            if abs(other.plane @ ahead.plane) > _ONE_PLANE
-            and other.direction @ ahead.direction < -_ONE_PLANE
+            if abs(other.plane @ ahead.plane) > alike and other.direction @ ahead.direction < -alike
         ]
         behind = rest.pop(opposite[0]).arm if opposite else None
         behind = behind or untracked(ahead.arm.samples.noise_std)

@@ -4,19 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from touchatlas.planner.drivers.qualification import (
-    LEAST_POINTS,
-    Qualification,
-    qualify,
-    white_std,
-)
+from touchatlas.planner.drivers.fitted_ball import LEAST_POINTS
+from touchatlas.planner.drivers.qualification import Qualification, qualify, white_std
 from touchatlas.planner.drivers.recording import Recording
 from touchatlas.planner.drivers.replay import times_in_contact
 from touchatlas.planner.tracking.options import TrackingOptions
 from touchatlas.planner.tracking.time_series import smoothed
-
-# Deviations by which two windows may differ.
-_SURE = 3.5
 
 
 def qualify_recording(
@@ -77,9 +70,9 @@ def _count(times, window: float) -> int:
     return max(9, 2 * round(0.5 * window / float(np.median(np.diff(times)))) + 1)
 
 
-def _even(both, count: int, noise: float) -> np.ndarray:
-    """(k, 6) smoothed positions and forces, where a window of half the length agrees with them as
-    far as the noise tells: elsewhere the path has a corner, or the tip bounces.
+def _even(both, count: int, noise: float, sure: float = 3.5) -> np.ndarray:
+    """(k, 6) smoothed positions and forces, where a window of half the length agrees with them to
+    so many deviations: elsewhere the path has a corner, or the tip bounces.
 
     A parabola is half as sure at its ends, and there the force is not yet even.
     """
@@ -90,7 +83,7 @@ def _even(both, count: int, noise: float) -> np.ndarray:
     half = 2 * (count // 4) + 1
     whole, short = smoothed(both, count), smoothed(both, half)
     off = np.sqrt(((whole - short)[:, :3] ** 2).sum(axis=1))
-    agrees = off <= _SURE * np.sqrt(3.0) * 1.5 * noise / np.sqrt(half)
+    agrees = off <= sure * np.sqrt(3.0) * 1.5 * noise / np.sqrt(half)
     # Two windows may agree on a slope of a bounce: they have to all around.
     agrees = minimum_filter1d(agrees.astype(np.uint8), count, mode="nearest") > 0
     inner = np.zeros(len(both), bool)

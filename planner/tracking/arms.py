@@ -10,10 +10,6 @@ from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip
 from touchatlas.planner.tracking.time_series import CentreSamples, TimeSeries
 
-# Root mean square of centres beside a line, in deviations of a sample, from which they have a plane
-# of their own; and cosine of it and the stated one, of which it is no other.
-_BENDS, _LIKE = 30.0, 0.98
-
 
 @dataclass(frozen=True, eq=False)
 class Arm:
@@ -124,8 +120,9 @@ def _in_its_plane(contour: Contour, contact, radius: float) -> Contour:
     stated, offset = contour.plane.normal, centres - contact
     _, spread, axes = np.linalg.svd(offset, full_matrices=False)
     own = axes[-1] * np.sign(axes[-1] @ stated)
-    bends = len(spread) == 3 and spread[1] > _BENDS * np.sqrt(len(centres)) * contour.noise_std
-    normal = own if bends and own @ stated > _LIKE else stated
+    # Thirty deviations beside a line, they have a plane of their own, which is nearly the stated.
+    bends = len(spread) == 3 and spread[1] > 30.0 * np.sqrt(len(centres)) * contour.noise_std
+    normal = own if bends and own @ stated > 0.98 else stated
     # The position across the plane is controlled: what is left of it there is no noise.
     centres = centres - (offset @ normal)[:, None] * normal
     return replace(contour, points=centres, plane=SamplingPlane(contact, normal), normals=None)

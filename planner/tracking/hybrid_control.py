@@ -17,9 +17,6 @@ from touchatlas.patch.geometry.arrays import cross
 from touchatlas.planner.tracking.machines import Reading
 from touchatlas.planner.tracking.options import Tip, TrackingOptions
 
-# Periods of the readings longer than this are gaps, s: the integral does not grow in them.
-_GAP = 0.1
-
 
 @dataclass(frozen=True, eq=False)
 class ControlState:
@@ -105,7 +102,8 @@ def hybrid_control(
     velocity : (m, 3) float, length/s
     state : ControlState
     """
-    seconds = min(max(reading.time - state.time, 0.0), _GAP)
+    # What is longer is a gap, in which the integral does not grow.
+    seconds = min(max(reading.time - state.time, 0.0), 0.1)
     # A low pass of first order.
     share = 1.0 - np.exp(-2.0 * np.pi * options.filter * seconds)
     w, force = plane_normal, state.force + share * (reading.force - state.force)

@@ -7,12 +7,6 @@ import numpy as np
 from touchatlas.planner.tracking.friction import friction_of, normals_with_friction
 from touchatlas.planner.tracking.options import Tip
 
-# The path has a direction over so many deviations of a sample to either side: it is good to 3
-# degrees.
-_DIRECTION = 20.0
-# Windows are halved so many times at most, where three-dimensional means differ by more than so
-# many deviations.
-_HALVINGS, _SURE = 2, 3.5
 # The fewest readings in a window; a parabola has three coefficients.
 LEAST_READINGS = 5
 
@@ -99,7 +93,8 @@ def samples_of(
         return CentreSamples(np.zeros((0, 3)), np.zeros((0, 3)), tip.sample_std(1))
     centres = series.positions + series.forces / tip.stiffness
     centres, force, noise = _smoothed(centres, series.forces, count, tip)
-    half = max(0.3 * step, _DIRECTION * tip.sample_std(count))
+    # Over twenty deviations to either side a direction is good to 3 degrees.
+    half = max(0.3 * step, 20.0 * tip.sample_std(count))
     along = _directions(centres, series.travelled, half)
     touching = _all_about(np.sqrt((series.forces**2).sum(axis=1)) > least, count)
     normals = normals_with_friction(
@@ -112,10 +107,12 @@ def samples_of(
     return CentreSamples(centres[chosen], normals[chosen], float(mean))
 
 
-def _smoothed(centres, forces, count: int, tip: Tip) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _smoothed(
+    centres, forces, count: int, tip: Tip, halvings: int = 2, sure: float = 3.5
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centres and forces (n, 3) smoothed in the longest of some windows, of which the first has
-    ``count`` readings, that agrees with a window of half its length, as far as noise tells; and the
-    deviations (n,) of each coordinate of the centres, length.
+    ``count`` readings and the others half of those before, that agrees with the next one to so many
+    deviations; and the deviations (n,) of each coordinate of the centres, length.
 
     Lepskii, On a problem of adaptive estimation in Gaussian white noise, Theory of Probability and
     its Applications 35 (1991).
@@ -123,13 +120,13 @@ def _smoothed(centres, forces, count: int, tip: Tip) -> tuple[np.ndarray, np.nda
     both = np.hstack([centres, forces])
     found, bends = smoothed(both, count), np.ones(len(both), bool)
     noise = np.full(len(both), tip.sample_std(count))
-    for _ in range(_HALVINGS):
+    for _ in range(halvings):
         count = 2 * (count // 4) + 1
         if count < LEAST_READINGS:
             break
         shorter = smoothed(both, count)
         off = found[:, :3] - shorter[:, :3]
-        bends &= (off * off).sum(axis=1) > (_SURE * tip.sample_std(count)) ** 2
+        bends &= (off * off).sum(axis=1) > (sure * tip.sample_std(count)) ** 2
         found = np.where(bends[:, None], shorter, found)
         noise[bends] = tip.sample_std(count)
     return found[:, :3], found[:, 3:], noise

@@ -7,7 +7,8 @@ from pathlib import Path
 from touchatlas.atlas import Touch
 from touchatlas.planner import ProbePlan
 from touchatlas.planner.drivers.guarded import GuardOptions
-from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program, touch_of_log
+from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program
+from touchatlas.planner.drivers.linuxcnc_logs import touch_of_log
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 from touchatlas.sim.world.units import MILLIMETRES
 

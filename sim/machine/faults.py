@@ -15,9 +15,6 @@ from touchatlas.sim.machine.fault_words import Fault
 from touchatlas.sim.machine.feet import Feet
 from touchatlas.sim.machine.probes import SimulatedProbe
 
-# Outliers are off by up to so many deviations of the noise.
-_FAR = 100.0
-
 
 class FaultyProbe:
     """A probe with a fault, around another one.
@@ -168,10 +165,11 @@ class FaultyProbe:
         return self._off(contour, np.tile(way, (len(contour.points), 1)))
 
     def _with_outliers(self, contour: Contour, touch: Touch) -> Contour:
+        """Some samples are off by up to a hundred deviations of the noise."""
         count = len(contour.points)
         bad = self._rng.random(count) < self._fault.size
         way = self._rng.normal(size=(count, 3))
-        way *= _FAR * contour.noise_std / np.linalg.norm(way, axis=1)[:, None]
+        way *= 100.0 * contour.noise_std / np.linalg.norm(way, axis=1)[:, None]
         return self._off(contour, (bad * self._rng.random(count))[:, None] * way)
 
     def _lost(self, contour: Contour, touch: Touch) -> Contour:

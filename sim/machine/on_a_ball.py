@@ -6,15 +6,12 @@ import numpy as np
 
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import ProbePlan, Reason
-from touchatlas.planner.drivers.qualification import pattern_1x25
+from touchatlas.planner.drivers.fitted_ball import pattern_1x25
 from touchatlas.planner.drivers.recording import Recording
 from touchatlas.sim.machine.options import ProbeOptions
 from touchatlas.sim.machine.probes import ScanningProbe, TriggerProbe, machine_probe
 from touchatlas.sim.world.implicit_fields import quadric_with_bumps
 from touchatlas.sim.world.implicit_object import ImplicitObject
-
-# Of the lines beside the equator and the pole, over the radius: 8 mm for a ball of 25 mm.
-_BESIDE = 0.64
 
 
 def probe_before_a_ball(options: ProbeOptions, radius: float, noise: float, rng):
@@ -58,7 +55,8 @@ def _around(start, goal, radius: float) -> np.ndarray:
 def _recording(probe: ScanningProbe, radius: float) -> Recording:
     """Readings along the equator, a circle above it, a half circle over the pole and one beside it,
     each at two forces."""
-    h, usual = _BESIDE * radius, probe.options
+    # Lines beside the equator and the pole, 8 mm off for a ball of 25 mm.
+    h, usual = 0.64 * radius, probe.options
     level = np.sqrt(radius**2 - h * h)
     z, y = np.eye(3)[2], np.eye(3)[1]
     lines = (

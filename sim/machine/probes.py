@@ -155,10 +155,6 @@ class TriggerProbe(MachineProbe):
 _CERTIFICATES = {ARM: (0.05, 0.002, 0.01), "measuring": (0.01, 0.0005, 0.003)}
 
 
-# Least radius of a ball, in deviations of it.
-_LEAST = 5.0
-
-
 def machine_probe(
     obj: ImplicitObject | MeshObject,
     options: ProbeOptions,
@@ -206,10 +202,10 @@ def machine_probe(
 def _check_ball(radius: float, std: float, machine: str, obj) -> None:
     """ValueError for a radius with a standard deviation, lengths, that no ball before an object
     has."""
-    if radius < _LEAST * std:
+    if radius < 5.0 * std:
         raise ValueError(
             f"--probe.radius is {radius:g}, but this machine knows a radius to {std:.2g}; give "
-            f"{_LEAST * std:.2g} or more"
+            f"{5.0 * std:.2g} or more"
             + (", or --probe.machine measuring" if machine == ARM else "")
         )
     if radius > obj.diagonal:

@@ -8,8 +8,6 @@ from touchatlas.patch.geometry.section import LEAST_POINTS
 _ALIKE = 0.99939
 # Of the length of a curve: farther from its plane its points do not lie in it.
 _FLAT = 0.01
-# Sine of three degrees: normals of a surface are as upright on a chord of a curve.
-_UPRIGHT = 0.05
 
 
 def what_vectors_are(groups) -> str:
@@ -38,7 +36,8 @@ def what_vectors_are(groups) -> str:
     if known and all(_of_one_plane(p, v) for _, p, v in known) and not _of_one_face(known):
         return "planes"
     lean = [_lean(p, v) for p, v in curves]
-    return "sides" if lean and np.median(lean) > _UPRIGHT else "normals"
+    # Sine of three degrees: normals of a surface are as upright on a chord of a curve.
+    return "sides" if lean and np.median(lean) > 0.05 else "normals"
 
 
 def _of_one_plane(points, vectors) -> bool:

@@ -20,8 +20,6 @@ from dataclasses import asdict, replace
 from touchatlas.sim.study.cells import DONE, FAILED, LIMITED, LOST, Answer, Limits
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-# How often the memory of a cell is looked at: a second of allocation is about a gigabyte.
-_LOOK = 0.05
 _HERE = threading.local()
 # What a process says when it has imported what a cell needs.
 _BEGUN = "begun"
@@ -101,7 +99,8 @@ class CellProcess:
             return self._dead(0.0, most)
         while True:
             try:
-                found = self._answers.get(timeout=_LOOK)
+                # Memory is looked at as often: a second of allocation is about a gigabyte.
+                found = self._answers.get(timeout=0.05)
             except queue.Empty:
                 seconds, most = time.monotonic() - begun, max(most, self._gigabytes())
                 words = _exceeded(seconds, most, limited)

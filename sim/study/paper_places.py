@@ -22,8 +22,8 @@ from touchatlas.sim.world.probe import Probe
 
 # How accurate the paper's Adept robot is.
 NOISE = 0.02
-# Of twelve curves, 15 degrees apart: those to fit, and those of the third row of table 1.
-CURVES, DATA, OTHERS = 12, (0, 4, 8), (2, 6, 10)
+# Of twelve curves, 15 degrees apart, those to fit.
+CURVES, DATA = 12, (0, 4, 8)
 PLAIN, DESCENT, FAST, OURS = "(3)", "(5)", "(5), fast solver", "fit_patch"
 PAPERS_FITS: dict[str, Fit] = {
     PLAIN: FITS["least_squares"],

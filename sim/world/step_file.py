@@ -8,10 +8,6 @@ import numpy as np
 from touchatlas.atlas.cad.kernel import need_kernel
 from touchatlas.sim.world.units import MILLIMETRES, UNITS
 
-# Deflection that the kernel is given, over the largest distance that triangles may have from a
-# surface: it bounds sides along one direction, and on a ball those across are as far off again.
-_SHARE = 0.4
-
 
 def load_step(path: Path, sagitta: float = 1e-4) -> tuple[np.ndarray, np.ndarray, str]:
     """Vertices (v, 3) and triangles (f, 3) of all solids and shells of a STEP file, and its unit.
@@ -48,7 +44,8 @@ def load_step(path: Path, sagitta: float = 1e-4) -> tuple[np.ndarray, np.ndarray
     if box.IsVoid():
         raise ValueError(f"{path} holds no surface; give a STEP file of a body")
     diagonal = float(np.sqrt(box.SquareExtent()))
-    BRepMesh_IncrementalMesh(shape, _SHARE * sagitta * diagonal, False, 0.2, False)
+    # The kernel bounds sides along one direction; on a ball those across are as far off again.
+    BRepMesh_IncrementalMesh(shape, 0.4 * sagitta * diagonal, False, 0.2, False)
     vertices, faces = _triangles(shape)
     unit = _unit(path.read_text(errors="replace"))
     # The kernel reads in millimetres.

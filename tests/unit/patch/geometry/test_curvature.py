@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from tests.laws.patch_scenes import even_angles
 from touchatlas.patch.geometry.curvature import (
-    UMBILIC_FALSE_ALARM,
     curvatures_from_sections,
     normal_curvature,
     normal_from_tangents,
@@ -155,6 +154,6 @@ def test_umbilic_gap_is_a_bias_and_its_test_errs_as_often_as_stated(count):
     # known to 0.52/sqrt(draws) of itself.
     mean = 2.0 * np.sqrt(2.0 / count) * np.sqrt(np.pi / 2.0) * std
     assert gaps.mean() == pytest.approx(mean, rel=4.0 * 0.53 / np.sqrt(draws))
-    rate = UMBILIC_FALSE_ALARM
+    rate = 0.05
     alarms = np.mean([not umbilic for *_, umbilic, _ in found])
     assert abs(alarms - rate) < 4.0 * np.sqrt(rate * (1.0 - rate) / draws)

@@ -12,12 +12,8 @@ from touchatlas.atlas import TouchStatus
 from touchatlas.patch import ContourEnd, SamplingPlane
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.drivers.guarded import GuardOptions, lateness
-from touchatlas.planner.drivers.linuxcnc_files import (
-    linuxcnc_program,
-    log_name,
-    star_of,
-    touch_of_log,
-)
+from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program, log_name, star_of
+from touchatlas.planner.drivers.linuxcnc_logs import touch_of_log
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
 CENTRES, TIP = 21.0, Tip(radius=1.0, radius_std=0.002, noise_std=0.003)

@@ -11,8 +11,9 @@ from tests.unit.planner.drivers.linuxcnc_machine import missing, run_machine
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.drivers.guarded import GuardOptions
-from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program, log_name, touch_of_log
+from touchatlas.planner.drivers.linuxcnc_files import linuxcnc_program, log_name
 from touchatlas.planner.drivers.linuxcnc_live import LinuxCnc
+from touchatlas.planner.drivers.linuxcnc_logs import touch_of_log
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
 FEED, PERIOD, CENTRE, RADIUS = 5.0, 0.001, np.array([30.0, 40.0, -30.0]), 20.0

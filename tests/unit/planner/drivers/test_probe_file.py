@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from touchatlas.planner.drivers.fitted_ball import pattern_1x25
 from touchatlas.planner.drivers.probe_file import probe_toml, read_tip
-from touchatlas.planner.drivers.qualification import pattern_1x25, qualify
+from touchatlas.planner.drivers.qualification import qualify
 from touchatlas.planner.tracking.options import Tip
 
 

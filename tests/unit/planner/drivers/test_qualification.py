@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from touchatlas.planner.drivers.qualification import fit_ball, form_1x25, pattern_1x25, qualify
+from touchatlas.planner.drivers.fitted_ball import fit_ball, form_1x25, pattern_1x25
+from touchatlas.planner.drivers.qualification import qualify
 
 BALL, TIP, CENTRE = 12.5, 1.0, np.array([3.0, -4.0, 50.0])
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.command import assert_refused, ran, touchatlas
+from touchatlas.planner.drivers.fitted_ball import pattern_1x25
 from touchatlas.planner.drivers.probe_file import read_tip
-from touchatlas.planner.drivers.qualification import pattern_1x25
 from touchatlas.sim import RunOptions
 from touchatlas.sim.folder.kept_settings import NO_OPTIONS
 from touchatlas.sim.folder.option_tables import read_options
