@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from tests.explored import explore_body
-from tests.lawful import lawful_object
+from tests.lawful_meshes import lawful_object
 from touchatlas.atlas import Atlas, extract_surface, save_step
 from touchatlas.planner import Planner, PlannerOptions, Reason, StopReason, explore
 from touchatlas.sim import Probe

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.explored import learned, spread_touches
-from tests.lawful import lawful_object
+from tests.lawful_meshes import lawful_object
 from touchatlas.atlas import Scan, extract_surface, load_atlas, save_atlas
 from touchatlas.atlas.regions import Region, joined, learn_region, load_part, regions_of, save_part
 from touchatlas.atlas.store import atlas_bytes

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.lawful import lawful_object
+from tests.lawful_meshes import lawful_object
 from tests.sharp import sharp_object
 from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
 from touchatlas.patch import Contour, SamplingPlane

@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from tests.explored import learned_at_once, spread_touches
-from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
+from tests.lawful import body_of, samples_of_touches, touched_mesh
+from tests.lawful_meshes import HALF
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.mesh.surface import body_surface

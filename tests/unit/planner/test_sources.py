@@ -8,7 +8,8 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.explored import explored
-from tests.lawful import BORE, known_body
+from tests.lawful import known_body
+from tests.lawful_meshes import BORE
 from touchatlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.body.round_holes import smallest_hole

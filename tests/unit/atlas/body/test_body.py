@@ -8,19 +8,16 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from tests.lawful import (
-    HALF,
     NOISE,
-    PLATE,
-    RADIUS,
     body_of,
     box_distance,
     known_body,
-    lawful_object,
     samples_of_touches,
     step_distance,
     touched,
     touched_mesh,
 )
+from tests.lawful_meshes import HALF, PLATE, RADIUS, lawful_object
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.body.choose import has_edges

@@ -4,7 +4,8 @@ import igl
 import numpy as np
 import pytest
 
-from tests.lawful import HALF, lawful_object, touched_mesh
+from tests.lawful import touched_mesh
+from tests.lawful_meshes import HALF, lawful_object
 from touchatlas.atlas.body.choose import KnownBody, body_of_one, description_length, look_for_body
 from touchatlas.atlas.samples.sample_pool import SamplePool
 

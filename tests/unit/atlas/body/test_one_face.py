@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.lawful import HALF, NOISE, samples_of_touches, touched, touched_mesh
+from tests.lawful import NOISE, samples_of_touches, touched, touched_mesh
+from tests.lawful_meshes import HALF
 from touchatlas.atlas.body.one_face import face_of_all, law_of_all
 from touchatlas.sim import make_object
 

@@ -5,19 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.lawful import (
-    HALF,
-    NOISE,
-    PLATE,
-    box_distance,
-    known_body,
-    step_distance,
-)
+from tests.lawful import NOISE, box_distance, known_body, step_distance
+from tests.lawful_meshes import HALF, PLATE
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.uncrossed_edges import (
-    points_beside,
-    with_uncrossed_edges,
-)
+from touchatlas.atlas.body.uncrossed_edges import points_beside, with_uncrossed_edges
 
 DISTANCE = {"box": box_distance, "step": step_distance}
 

@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.lawful import HALF, RADIUS, body_of, samples_of_touches, touched_mesh
+from tests.lawful import body_of, samples_of_touches, touched_mesh
+from tests.lawful_meshes import HALF, RADIUS
 from tests.unit.atlas.cad.smooth_bodies import volume
 from touchatlas.atlas.body.body import Body
 from touchatlas.atlas.cad import lawful as module

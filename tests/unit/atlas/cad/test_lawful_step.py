@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.lawful import body_of, lawful_object, samples_of_touches, touched_mesh
+from tests.lawful import body_of, samples_of_touches, touched_mesh
+from tests.lawful_meshes import lawful_object
 from touchatlas.atlas.atlas import Atlas
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.cad.lawful import LawfulOptions

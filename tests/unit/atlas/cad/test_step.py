@@ -10,7 +10,8 @@ import pytest
 import trimesh
 
 from tests.explored import learned, spread_touches
-from tests.lawful import HALF, body_of, samples_of_touches, touched_mesh
+from tests.lawful import body_of, samples_of_touches, touched_mesh
+from tests.lawful_meshes import HALF
 from tests.meshes import surface_of
 from tests.unit.atlas.cad.smooth_bodies import RADIUS, volume
 from touchatlas.atlas.atlas import Atlas

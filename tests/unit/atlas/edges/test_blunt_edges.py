@@ -5,16 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tests.lawful import (
-    BLUNT,
-    FILLET,
-    HALF,
-    NOISE,
-    faces_before_last,
-    known_body,
-    lawful_object,
-    rounded_box_distance,
-)
+from tests.lawful import NOISE, faces_before_last, known_body, rounded_box_distance
+from tests.lawful_meshes import BLUNT, FILLET, HALF, lawful_object
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
 from touchatlas.atlas.body.uncrossed_edges import with_uncrossed_edges
 from touchatlas.atlas.edges.blunt_edges import needless_labels

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.lawful import BLUNT, HALF, known_body
+from tests.lawful import known_body
+from tests.lawful_meshes import BLUNT, HALF
 from touchatlas.atlas.faces.face_graph import as_json
 
 SIGNS = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), -1).reshape(-1, 3)

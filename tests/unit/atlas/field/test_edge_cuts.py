@@ -4,7 +4,8 @@ import igl
 import numpy as np
 import pytest
 
-from tests.lawful import NOISE, known_body, lawful_object
+from tests.lawful import NOISE, known_body
+from tests.lawful_meshes import lawful_object
 
 NAMES = ["box", "step", "stairs", "T-slot", pytest.param("two blocks", marks=pytest.mark.slow)]
 

@@ -5,7 +5,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.lawful import PIPE, ROD, known_body, lawful_object
+from tests.lawful import known_body
+from tests.lawful_meshes import PIPE, ROD, lawful_object
 
 
 @pytest.mark.slow

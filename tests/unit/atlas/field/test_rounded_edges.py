@@ -6,17 +6,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.lawful import (
-    COLUMN,
-    FILLET,
-    NOISE,
-    WIDE_FILLET,
-    body_of,
-    lawful_object,
-    samples_of_touches,
-    touched,
-    touched_mesh,
-)
+from tests.lawful import NOISE, body_of, samples_of_touches, touched, touched_mesh
+from tests.lawful_meshes import COLUMN, FILLET, WIDE_FILLET, lawful_object
 from touchatlas.atlas.field.face_field import FaceField
 
 # Errors of planes, radii and positions of some thousandths, between samples: of 12 bodies with

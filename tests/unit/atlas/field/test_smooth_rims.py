@@ -4,14 +4,8 @@ import igl
 import numpy as np
 import pytest
 
-from tests.lawful import (
-    NOISE,
-    body_of,
-    lawful_object,
-    samples_of_touches,
-    touched,
-    touched_mesh,
-)
+from tests.lawful import NOISE, body_of, samples_of_touches, touched, touched_mesh
+from tests.lawful_meshes import lawful_object
 from touchatlas.sim.study.bodies import slab
 
 

@@ -5,24 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tests.lawful import (
-    BLUNT,
-    HALF,
-    HALF_HEIGHT,
-    NOISE,
-    RADIUS,
-    body_of,
-    box_distance,
-    known_body,
-    samples_of_touches,
-    touched_mesh,
-)
-from touchatlas.atlas.mesh.surface import (
-    body_surface,
-    coarse_edge,
-    fine_edge,
-    with_curvatures,
-)
+from tests.lawful import NOISE, body_of, box_distance, known_body, samples_of_touches, touched_mesh
+from tests.lawful_meshes import BLUNT, HALF, HALF_HEIGHT, RADIUS
+from touchatlas.atlas.mesh.surface import body_surface, coarse_edge, fine_edge, with_curvatures
 
 # An equal share of the variance is borne for lack of fit.
 STD = np.sqrt(2.0) * NOISE

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.lawful import BLUNT, RADIUS, known_body, rounded_box_distance
+from tests.lawful import known_body, rounded_box_distance
+from tests.lawful_meshes import BLUNT, RADIUS
 from touchatlas.atlas.field.face_field import FaceValues
 from touchatlas.atlas.mesh.refine import edges_of, refined, triangles_beside
 from touchatlas.atlas.mesh.surface import body_surface, with_curvatures

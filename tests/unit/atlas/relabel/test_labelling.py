@@ -6,7 +6,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.lawful import BEND, ROD, known_body
+from tests.lawful import known_body
+from tests.lawful_meshes import BEND, ROD
 from tests.touched import BORNE, touched, touched_samples
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.join_faces import join_faces

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from tests.explored import entered, spread_touches
-from tests.lawful import lawful_object
+from tests.lawful_meshes import lawful_object
 from touchatlas.atlas.samples.crossings import Crossings
 from touchatlas.atlas.samples.object_move import most_probable_move
 from touchatlas.sim import make_object

@@ -6,7 +6,8 @@ import igl
 import numpy as np
 import pytest
 
-from tests.lawful import HALF, NOISE, STEP, lawful_object, samples_of_touches, touched_mesh
+from tests.lawful import NOISE, samples_of_touches, touched_mesh
+from tests.lawful_meshes import HALF, STEP, lawful_object
 from touchatlas.atlas.body.choose import body_of_one
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.labels.samples import ContourSamples
