@@ -8,77 +8,35 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.explored import explored
-from tests.lawful import known_body
-from tests.lawful_meshes import BORE
-from touchatlas.atlas import Atlas
+from tests.unit.planner.seen_places import (
+    DEVIATION,
+    PLACES,
+    RIM,
+    SIZE,
+    UP,
+    closed,
+    places,
+    view,
+)
 from touchatlas.atlas.body.choose import KnownBody
-from touchatlas.atlas.body.round_holes import smallest_hole
 from touchatlas.atlas.body.uncrossed_edges import GuessedEdges
 from touchatlas.planner import Planner, PlannerOptions, Reason
 from touchatlas.planner import sources as listed
-from touchatlas.planner.attempts import Attempts, Pending, Target
+from touchatlas.planner.attempts import Attempts, Target
 from touchatlas.planner.places import Places, places_of
 from touchatlas.planner.sources import (
     SOURCES,
     guessed_edge,
-    hidden_hole,
     largest_sum_about,
     next_target,
     next_tolerance,
 )
 from touchatlas.planner.view import Phase, View
 
-UP = np.array([0.0, 0.0, 1.0])
-NOWHERE = np.zeros((0, 3))
-EXTENT = 10.0
-# Places along x, known to 1 to 5 hundredths; the last two are next to each other.
-PLACES = np.array([[0.0, 0, 0], [2.0, 0, 0], [4.0, 0, 0], [6.0, 0, 0], [6.1, 0, 0]])
-DEVIATION = np.array([0.01, 0.05, 0.03, 0.04, 0.04])
-# Middles of the rim of a large opening, and of a hole of a fiftieth of the extent.
-RIM = np.array([[9.0, 1, 0], [9.0, 4, 0], [3.0, 0, 0]])
-SIZE = np.array([5.0, 5.0, 0.2])
-
-
-def places(deviation=DEVIATION, rim=RIM, size=SIZE) -> Places:
-    count, ends = len(deviation), len(rim)
-    return Places(
-        PLACES[:count],
-        np.tile(UP, (count, 1)),
-        np.asarray(deviation, float),
-        np.zeros(count),
-        np.ones(count),
-        np.reshape(rim, (-1, 3)),
-        np.tile(UP, (ends, 1)),
-        np.ones((ends, 1)),
-        np.full((ends, 1), np.inf),
-        np.asarray(size, float),
-        np.zeros(ends),
-    )
-
-
-class Sized(View):
-    """A view of a body whose extent is given, not measured from samples."""
-
-    extent = EXTENT
-
-
-def view(touched=((0.0, 0.0, 0.0),), pending=(), in_vain=(), phase=Phase.GROW, **options) -> View:
-    attempts = Attempts(np.zeros(3), UP)
-    attempts.touched = [np.asarray(point, float) for point in touched]
-    attempts.in_vain = [np.asarray(point, float) for point in in_vain]
-    attempts.tried = list(attempts.in_vain)
-    for number, point in enumerate(pending):
-        attempts.pending[number] = Pending(None, Target(np.array(point), UP, Reason.REFINE))
-    return Sized(Atlas(0.1), PlannerOptions(**options), attempts, phase)
-
 
 def baseline(name: str, seen: View, places: Places) -> Target | None:
     options = PlannerOptions(name=name)
     return next_target(replace(seen, phase=Phase.COMPARE, options=options), places)
-
-
-def closed(deviation=DEVIATION) -> Places:
-    return places(deviation, NOWHERE, np.zeros(0))
 
 
 def test_a_large_opening_is_touched_first_and_far_from_touches():
@@ -208,82 +166,6 @@ def test_the_nearest_edge_that_is_drawn_by_a_guess_is_touched(monkeypatch):
     assert target(PLACES[1]).point.tolist() == PLACES[3].tolist()
     assert target(PLACES[1], PLACES[3]) is None
     assert guessed_edge(view(), closed()) is None
-
-
-# Distances of the first four places from samples.
-AWAY = np.array([0.2, 0.6, 1.0, 0.4])
-
-
-def verified(monkeypatch, radius: float, tried=(), is_one_face: bool = False, phase=Phase.GROW):
-    """The target of ``hidden_hole`` on a body whose smallest hole has a radius."""
-    monkeypatch.setattr(listed, "smallest_hole", lambda body: radius)
-    seen = view([[0.0, 50.0, 0.0]], in_vain=tried, phase=phase)
-    body = SimpleNamespace(is_one_face=is_one_face, away=lambda points: AWAY[: len(points)])
-    atlas = SimpleNamespace(
-        body=body,
-        tolerance=seen.atlas.tolerance,
-    )
-    return hidden_hole(replace(seen, atlas=atlas), closed(DEVIATION[:4]))
-
-
-def test_where_a_hole_may_be_hidden_the_place_farthest_from_samples_is_verified(monkeypatch):
-    found = verified(monkeypatch, 0.5)
-    assert found.reason is Reason.VERIFY and found.point.tolist() == PLACES[2].tolist()
-
-
-def test_an_attempt_counts_as_a_sample_met_or_not(monkeypatch):
-    """One that is 0.48 away from the farthest place leaves no room for a hole of 0.5 there."""
-    found = verified(monkeypatch, 0.5, tried=[[4.0, 0.48, 0.0]])
-    assert found.point.tolist() == PLACES[1].tolist()
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        {"radius": 1.1},
-        {"radius": np.inf},
-        {"radius": 0.09, "phase": Phase.FINISH},
-        {"radius": 0.5, "is_one_face": True},
-    ],
-    ids=["no room", "no hole", "within the tolerance at the end", "free-form"],
-)
-def test_elsewhere_nothing_is_verified(monkeypatch, other):
-    assert verified(monkeypatch, **other) is None
-
-
-def test_holes_within_the_tolerance_are_looked_for_until_the_surface_is_known(monkeypatch):
-    """So that touches to a looser tolerance are the first of those to a tighter one."""
-    assert verified(monkeypatch, 0.09).point.tolist() == PLACES[2].tolist()
-
-
-def test_holes_below_a_fortieth_of_the_extent_are_looked_for_as_if_they_were_larger(monkeypatch):
-    """0.25 of 10: a place 0.2 away from samples is not verified, one 0.4 away is."""
-    assert verified(monkeypatch, 0.1, PLACES[1:]) is None
-    assert verified(monkeypatch, 0.1, PLACES[1:3]).point.tolist() == PLACES[3].tolist()
-
-
-@pytest.mark.parametrize("scale", [1.0, pytest.param(1e-3, marks=pytest.mark.slow)])
-def test_the_smallest_hole_is_the_bore_of_a_tube(scale):
-    """Its outer side is no hole."""
-    assert smallest_hole(known_body("tube", 24, scale)) == pytest.approx(scale * BORE, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("name", "count"), [("box", 40), ("cylinder", 30), ("widely filleted", 24)]
-)
-def test_a_body_without_a_bore_has_no_hole(name, count):
-    """The outer side of a cylinder is none, and a fillet is a rounded edge."""
-    assert smallest_hole(known_body(name, count)) == np.inf
-
-
-def test_half_of_a_bore_is_no_hole():
-    body = known_body("tube", 24)
-    faces = body.faces
-    bore = next(f for f in faces.faces if f.law and f.law.words.startswith("hollow"))
-    half = bore.samples[faces.normals[bore.samples, 0] > 0.0]
-    others = [replace(f, samples=half) if f is bore else f for f in faces.faces]
-    cut = SimpleNamespace(faces=replace(faces, faces=tuple(others)))
-    assert smallest_hole(cut) == np.inf
 
 
 def vague_places(seed: int):
