@@ -20,9 +20,8 @@ import hashlib
 import resource
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -31,107 +30,23 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import sharp_bodies
-import vase_and_mug
-from faces import body as body_of_planes
+from guard_bodies import OBJECTS, bodies
 
 from touchatlas.atlas import extract_surface
 from touchatlas.planner import explore
-from touchatlas.sim import Probe, RunOptions, make_object
+from touchatlas.sim import Probe, RunOptions
 from touchatlas.sim.judge.evaluate import evaluate_surface
 from touchatlas.sim.run.conclusion import truth_of
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.surface_judge import judged
-from touchatlas.sim.world.mesh_object import MeshObject
 
-OBJECTS = Path(
-    os.environ.get("TOUCHATLAS_OBJECTS", Path(__file__).parents[2] / "shared" / "objects")
-)
 KEPT = Path(__file__).parents[1] / "docs" / "guard.csv"
-POINTS = 8000
-SEEDS = 3
 KEY = ("body", "seed")
 FIGURES = (
     *("touches", "length", "met", "within", "predicted", "p95", "largest", "calibration"),
     *("euler", "true_euler", "manifold", "faces", "patches", "seconds", "megabytes", "bytes"),
 )
 COLUMNS = (*KEY, "kind", *FIGURES)
-
-
-@dataclass(frozen=True)
-class Body:
-    """A body of the guard: how it is made, its kind, and its tolerance.
-
-    Parameters
-    ----------
-    kind : smooth, lawful, thin, scan or open
-    make : Callable
-        Gives the object.
-    tolerance : float, optional
-        As a fraction of the diagonal; the object's own where None.
-    most : int
-        Touches after which the exploration is cut short.
-    long : bool
-        Whether one seed is enough.
-    """
-
-    kind: str
-    make: Callable
-    tolerance: float | None = None
-    most: int = 200
-    long: bool = False
-
-
-def built_in(kind: str, name: str) -> Body:
-    return Body(kind, lambda: make_object(name))
-
-
-def of_mesh(kind: str, name: str, mesh: Callable, **options) -> Body:
-    def make():
-        body = mesh()
-        body.merge_vertices()
-        return MeshObject(name, body.vertices, body.faces)
-
-    return Body(kind, make, **options)
-
-
-def scan(kind: str, file: str, **options) -> Body:
-    return Body(kind, lambda: make_object(str(OBJECTS / f"{file}.ply")), **options)
-
-
-def bodies() -> dict[str, Body]:
-    """The bodies by name, in the order of the table."""
-    made = sharp_bodies.bodies
-    found = {name: built_in("smooth", name) for name in ("sphere", "ellipsoid", "bottle", "mouse")}
-    found |= {name: built_in("smooth", name) for name in ("blob", "torus")}
-    found |= {name: built_in("lawful", name) for name in ("cube", "plate")}
-    for name in ("step", "wall", "roof"):
-        found[name] = Body("lawful", lambda name=name: body_of_planes(name))
-    for name in ("fingers", "T-slot", "slot", "tube"):
-        found[name] = of_mesh("lawful", name, lambda name=name: made()[name])
-    found["wedge"] = of_mesh("thin", "wedge", lambda: made()["wedge"])
-    found["disc"] = of_mesh("thin", "disc", lambda: made()["disc"], tolerance=2e-2)
-    found["half ball"] = of_mesh("open", "half ball", lambda: made()["half_ball"])
-    found["holed ball"] = of_mesh("open", "holed ball", lambda: made()["holed_ball"])
-    found["vase"] = of_mesh("thin", "vase", vase_and_mug.vase, long=True)
-    found["mug"] = of_mesh("thin", "mug", vase_and_mug.mug, long=True)
-    for name, file in (("lemon", "lemon_ycb"), ("mustard", "mustard_ycb"), ("spot", "spot")):
-        found[name] = scan("scan", file, tolerance=1e-2)
-    found["hand"] = scan("scan", "hand_ode", tolerance=2e-2)
-    found["goat's head"] = scan("scan", "goathead_ode", tolerance=1e-2, long=True)
-    found["wing nut"] = scan("scan", "wingnut_ode", tolerance=1e-2)
-    for most in (22, 54):
-        found[f"featuretype {most}"] = scan("lawful", "featuretype", most=most, long=True)
-    found["elbow"] = scan("lawful", "elbow_made", most=88, long=True)
-    found["bracket"] = scan("lawful", "bracket_made", long=True)
-    found["letters"] = scan("lawful", "text_made", long=True)
-    return found
-
-
-def check_names(parser: argparse.ArgumentParser, names: list[str], known) -> None:
-    """End with one sentence and exit code 2 where one of the names is no known body."""
-    if wrong := [name for name in names if name not in known]:
-        parser.error(f"got {', '.join(wrong)}, which is no body; give some of {', '.join(known)}")
 
 
 QUICK = ("bottle", "cube", "torus", "plate", "holed ball")
@@ -151,7 +66,7 @@ def explored(name: str, seed: int) -> dict[str, str]:
     diagonals."""
     body = bodies()[name]
     obj = body.make()
-    tolerance = obj.tolerance if body.tolerance is None else body.tolerance * obj.diagonal
+    tolerance = body.tolerance_of(obj)
     probe_rng, judge_rng, _, planner_rng = random_streams(seed)
     atlas, planner = begin(RunOptions(obj.noise_std, tolerance, seed=seed), obj, planner_rng)
     probe, touches, probing = Probe(obj, obj.noise_std, probe_rng), [], 0.0
@@ -174,7 +89,7 @@ def explored(name: str, seed: int) -> dict[str, str]:
     truth = truth_of(obj, tolerance, judge_rng)
     deviation = surface.deviation
     found = evaluate_surface(*mesh, truth, tolerance, judge_rng, deviation)
-    points = obj.sample(POINTS, np.random.default_rng(99))[0]
+    points = obj.sample(8000, np.random.default_rng(99))[0]
     verdict = judged(mesh, obj, points, tolerance)
     content = b"".join(np.ascontiguousarray(part).tobytes() for part in mesh)
     length = sum(one.tracked_length + one.travel_length for one in touches)
@@ -306,7 +221,7 @@ def main(arguments: argparse.Namespace) -> int:
         for name, body in bodies().items()
         if (not arguments.only or name in arguments.only)
         and (not arguments.quick or name in QUICK)
-        and not (OBJECTS.exists() is False and body.kind in ("scan",))
+        and (OBJECTS.exists() or body.kind != "scan")
     }
     cells = [
         (name, seed)
@@ -333,7 +248,7 @@ if __name__ == "__main__":
     size.add_argument("--quick", action="store_true", help=f"{', '.join(QUICK)}, one seed")
     size.add_argument("--full", action="store_true", help="three seeds of the long ones, too")
     parser.add_argument("--only", nargs="+", choices=list(bodies()), metavar="NAME")
-    parser.add_argument("--seeds", type=int, default=SEEDS)
+    parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--renew", action="store_true", help="keep the rows of today")
     parser.add_argument("--kept", type=Path, default=KEPT, help="file of the kept rows")
     parser.add_argument("--workers", type=int, default=os.cpu_count())

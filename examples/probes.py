@@ -26,9 +26,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import guard
+import guard_bodies
 
 from touchatlas.atlas import extract_surface
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner import explore
 from touchatlas.sim import ProbeOptions, RunOptions
 from touchatlas.sim.machine.options import SCANNING, cost_of
@@ -46,12 +47,11 @@ PROBES = {
 }
 KEY = "body", "tolerance", "probe", "seed"
 COLUMNS = (*KEY, "touch", "points", "machine", "within", "p95", "calibration", "met", "processor")
-POINTS, SURE = 6000, 1.96
 
 
 def explored(name: str, fraction: float, probe: str, seed: int, most: int) -> list[dict]:
     """A row for each touch of one exploration; the last one says whether the tolerance is met."""
-    obj = guard.bodies()[name].make()
+    obj = guard_bodies.bodies()[name].make()
     tolerance, options = fraction * obj.diagonal, PROBES[probe]
     if probe != "ideal":
         options = ProbeOptions(options.name, radius=tolerance, normals=options.normals)
@@ -61,7 +61,7 @@ def explored(name: str, fraction: float, probe: str, seed: int, most: int) -> li
     machine = probe_of(options, obj, probe_rng)
     unit = obj.unit if isinstance(obj, MeshObject) else "mm"
     cost = cost_of(PROBES["contacts"], millimetre_of(unit, obj.diagonal))
-    points, rows, scanned = obj.sample(POINTS, np.random.default_rng(99))[0], [], 0.0
+    points, rows, scanned = obj.sample(6000, np.random.default_rng(99))[0], [], 0.0
     begun = time.process_time()
     for step in explore(atlas, planner, machine, most):
         touch = step.touch
@@ -79,7 +79,7 @@ def explored(name: str, fraction: float, probe: str, seed: int, most: int) -> li
 
 def errors(atlas, points, tolerance: float) -> dict[str, float]:
     """Share of true points (n, 3) known to the tolerance; error of 95 % of the known ones, in
-    tolerances; share of them within ``SURE`` deviations."""
+    tolerances; share of them within 1.96 deviations."""
     if atlas.body is None:
         return {"within": 0.0, "p95": np.nan, "calibration": np.nan}
     found = atlas.blend(points)
@@ -160,5 +160,5 @@ if __name__ == "__main__":
     parser.add_argument("--out", type=Path, help="file of a row for each touch")
     parser.add_argument("--picture", type=Path)
     arguments = parser.parse_args()
-    guard.check_names(parser, arguments.bodies, guard.bodies())
+    guard_bodies.check_names(parser, arguments.bodies, guard_bodies.bodies())
     main(arguments)

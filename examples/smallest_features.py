@@ -25,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import guard
+import guard_bodies
 
 from touchatlas.atlas import extract_surface
 from touchatlas.atlas.check.free_disc import largest_free_disc
@@ -34,23 +34,23 @@ from touchatlas.sim import Probe, RunOptions
 from touchatlas.sim.run.work import begin, random_streams
 from touchatlas.sim.study.surface_judge import judged
 
-POINTS, SMALL = 8000, 0.08
+SMALL = 0.08
 FIGURES = (
     *("body", "feature", "seed", "touches", "met", "within", "predicted", "missed"),
     *("euler", "true_euler", "disc", "true_disc", "ended", "processor"),
 )
 
 
-def bodies() -> dict[str, guard.Body]:
+def bodies() -> dict[str, guard_bodies.Body]:
     """The bodies of the guard, and a skull with two arches."""
-    return guard.bodies() | {"skull": guard.scan("scan", "skull_ode", tolerance=1e-2)}
+    return guard_bodies.bodies() | {"skull": guard_bodies.scan("scan", "skull_ode", tolerance=1e-2)}
 
 
 def explored(name: str, feature: float, seed: int, most: int) -> str:
     """The line of the table for one exploration."""
     body = bodies()[name]
     obj = body.make()
-    tolerance = obj.tolerance if body.tolerance is None else body.tolerance * obj.diagonal
+    tolerance = body.tolerance_of(obj)
     wanted = PlannerOptions(feature=feature * obj.diagonal)
     options = RunOptions(obj.noise_std, tolerance, seed=seed, planner=wanted)
     probe_rng, _, _, planner_rng = random_streams(seed)
@@ -60,7 +60,7 @@ def explored(name: str, feature: float, seed: int, most: int) -> str:
     atlas.finish()
     surface = extract_surface(atlas)
     seconds = time.process_time() - begun
-    points = obj.sample(POINTS, np.random.default_rng(99))[0]
+    points = obj.sample(8000, np.random.default_rng(99))[0]
     mesh = surface.vertices, surface.faces
     verdict = judged(mesh, obj, points, tolerance)
     off = np.sqrt(igl.point_mesh_squared_distance(points, *mesh)[0])
@@ -99,5 +99,5 @@ if __name__ == "__main__":
     parser.add_argument("--most", type=int, default=200, help="touches")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     arguments = parser.parse_args()
-    guard.check_names(parser, arguments.bodies, bodies())
+    guard_bodies.check_names(parser, arguments.bodies, bodies())
     main(arguments)
