@@ -24,8 +24,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import guard
+import guard_bodies
 
+from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner import explore
 from touchatlas.sim import Probe, RunOptions
 from touchatlas.sim.run.work import begin, random_streams
@@ -35,8 +36,7 @@ BODIES = (
     *("cube", "plate", "T-slot", "fingers", "tube", "roof"),
     *("wedge", "disc", "half ball", "lemon", "mustard", "wing nut"),
 )
-POINTS, FIFTHS, ENOUGH, SURE = 6000, 5, 0.99, 1.96
-FIRST = 10
+FIFTHS, ENOUGH = 5, 0.99
 HELD = tuple(f"held_{k}" for k in range(1, FIFTHS + 1))
 COLUMNS = ("body", "kind", "seed", "touch", "true", "predicted", "known", *HELD)
 
@@ -61,13 +61,13 @@ def shares(atlas, points, tolerance: float) -> dict[str, float]:
 def explored(name: str, seed: int, fraction: float | None = None) -> list[dict[str, object]]:
     """A row for each touch of one exploration, to a tolerance that is a fraction of the diagonal,
     or the body's own."""
-    body = guard.bodies()[name]
+    body = guard_bodies.bodies()[name]
     obj, fraction = body.make(), fraction or body.tolerance
     tolerance = obj.tolerance if fraction is None else fraction * obj.diagonal
     probe_rng, _, _, planner_rng = random_streams(seed)
     atlas, planner = begin(RunOptions(obj.noise_std, tolerance, seed=seed), obj, planner_rng)
     probe = Probe(obj, obj.noise_std, probe_rng)
-    points, rows = obj.sample(POINTS, np.random.default_rng(99))[0], []
+    points, rows = obj.sample(6000, np.random.default_rng(99))[0], []
     for touch, _ in enumerate(explore(atlas, planner, probe, body.most), 1):
         predicted = planner.forecast(atlas).predicted_coverage
         figures = shares(atlas, points, tolerance) | {"predicted": predicted}
@@ -77,16 +77,17 @@ def explored(name: str, seed: int, fraction: float | None = None) -> list[dict[s
     return rows
 
 
-def line(rows) -> str:
-    """The line of the table for the rows of one exploration."""
+def line(rows, early: int = 10) -> str:
+    """The line of the table for the rows of one exploration, whose early touches are no forecast
+    to compare."""
     last, true = len(rows), np.array([row["true"] for row in rows])
     first = int(np.argmax(true >= ENOUGH)) + 1 if (true >= ENOUGH).any() else 0
-    late = [row["predicted"] - row["true"] for row in rows[FIRST - 1 :]]
+    late = [row["predicted"] - row["true"] for row in rows[early - 1 :]]
     ends = f"{first or '-'} | {last} | {last / first:.2f}" if first else f"- | {last} | -"
     bias = f"{np.mean(late):+.3f} | {np.abs(late).max():.3f}" if late else "- | -"
     cells = [
         " ".join(f"{rows[k][name]:.2f}" for name in HELD)
-        for k in (min(FIRST, last) - 1, last // 2, last - 1)
+        for k in (min(early, last) - 1, last // 2, last - 1)
     ]
     head = f"| {rows[0]['body']} | {rows[0]['seed']} | {ends} | "
     end = f"{rows[-1]['true']:.4f} | {rows[-1]['predicted']:.4f}"
@@ -114,10 +115,8 @@ def picture(path: Path, runs) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    known = guard.bodies()
-    names = [
-        n for n in arguments.bodies or BODIES if guard.OBJECTS.exists() or known[n].kind != "scan"
-    ]
+    known, scans = guard_bodies.bodies(), guard_bodies.OBJECTS.exists()
+    names = [n for n in arguments.bodies or BODIES if scans or known[n].kind != "scan"]
     cells = [(name, seed, arguments.tolerance) for name in names for seed in range(arguments.seeds)]
     print(
         "| body | seed | 0.99 true at | ends at | ratio | true | predicted | mean difference ",
@@ -142,7 +141,7 @@ def main(arguments: argparse.Namespace) -> int:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("bodies", nargs="*", choices=[*guard.bodies(), []], metavar="BODY")
+    parser.add_argument("bodies", nargs="*", choices=[*guard_bodies.bodies(), []], metavar="BODY")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--tolerance", type=float, help="as a fraction of the diagonal")
     parser.add_argument("--out", type=Path, help="CSV of a row a touch")
