@@ -157,3 +157,12 @@ def linked(count: int, pairs) -> np.ndarray:
         low, high = sorted((least[one], least[other]))
         least[least == high] = low
     return np.unique(least, return_inverse=True)[1]
+
+
+def length_of_way(points) -> float:
+    """Of straight lines through points (n, 3).
+
+    >>> length_of_way([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 4.0, 0.0]])
+    7.0
+    """
+    return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())

@@ -22,7 +22,27 @@ class Lines(Protocol):
         """Close the connection."""
 
 
-class TcpLines:
+class _Held:
+    """What came and was not read yet; ``_more`` waits for bytes, and has none where none came."""
+
+    _held = b""
+
+    def _more(self, seconds: float) -> bytes:
+        raise NotImplementedError
+
+    def read(self, seconds: float) -> str | None:
+        """The next line without its end; None where none came in time."""
+        end = time.monotonic() + seconds
+        while b"\n" not in self._held:
+            more = self._more(max(end - time.monotonic(), 0.0))
+            if not more:
+                return None
+            self._held += more
+        line, _, self._held = self._held.partition(b"\n")
+        return line.decode("ascii", "replace").strip()
+
+
+class TcpLines(_Held):
     """Lines over TCP.
 
     Parameters
@@ -42,32 +62,25 @@ class TcpLines:
                 "the controller is on and no other program has it"
             ) from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._held = b""
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
         self._socket.sendall(data)
 
-    def read(self, seconds: float) -> str | None:
-        """The next line without its end; None where none came in time."""
-        end = time.monotonic() + seconds
-        while b"\n" not in self._held:
-            left = end - time.monotonic()
-            if not select.select([self._socket], [], [], max(left, 0.0))[0]:
-                return None
-            more = self._socket.recv(4096)
-            if not more:
-                raise ConnectionResetError("the controller has closed the connection")
-            self._held += more
-        line, _, self._held = self._held.partition(b"\n")
-        return line.decode("ascii", "replace").strip()
+    def _more(self, seconds: float) -> bytes:
+        if not select.select([self._socket], [], [], seconds)[0]:
+            return b""
+        more = self._socket.recv(4096)
+        if not more:
+            raise ConnectionResetError("the controller has closed the connection")
+        return more
 
     def close(self) -> None:
         """Close the connection."""
         self._socket.close()
 
 
-class SerialLines:
+class SerialLines(_Held):
     """Lines over a serial port, by pyserial (extra ``machines``).
 
     Parameters
@@ -88,25 +101,19 @@ class SerialLines:
             self._port = serial.serial_for_url(name, baudrate=baud, timeout=0.0, write_timeout=5.0)
         except (serial.SerialException, ValueError) as error:
             raise ValueError(f"{name} cannot be opened as a serial port: {error}") from None
-        self._held = b""
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
         self._port.write(data)
 
-    def read(self, seconds: float) -> str | None:
-        """The next line without its end; None where none came in time."""
-        end = time.monotonic() + seconds
-        while b"\n" not in self._held:
-            self._port.timeout = max(end - time.monotonic(), 0.0)
-            # The first byte wakes up, and the rest is there; in_waiting is 1 at most over sockets.
-            more = self._port.read(1)
-            if not more:
-                return None
+    def _more(self, seconds: float) -> bytes:
+        self._port.timeout = seconds
+        # The first byte wakes up, and the rest is there; in_waiting is 1 at most over sockets.
+        more = self._port.read(1)
+        if more:
             self._port.timeout = 0.0
-            self._held += more + self._port.read(4096)
-        line, _, self._held = self._held.partition(b"\n")
-        return line.decode("ascii", "replace").strip()
+            more += self._port.read(4096)
+        return bytes(more)
 
     def close(self) -> None:
         """Close the port."""

@@ -10,6 +10,7 @@ from touchatlas.planner.drivers.guarded import GuardOptions, late, lateness
 from touchatlas.planner.drivers.linuxcnc_files import Measure, star_of
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
+from touchatlas.planner.tracking.points_touched import touch_in_vain, touch_of_centres
 
 
 def touch_of_log(
@@ -68,7 +69,7 @@ def touch_of_log(
             f"the log has more lines than plan {plan.number} has moves; give the plan and "
             "the options with which the program was written"
         )
-    return _touch(plan, star[0], arms, missed, late(tip, motion.feed, period))
+    return _touch(plan, arms, missed, late(tip, motion.feed, period))
 
 
 def _rows(text: str, plan: ProbePlan) -> list[np.ndarray]:
@@ -120,33 +121,23 @@ def _measured(
     return place, bool(left)
 
 
-def _touch(plan: ProbePlan, contact: Measure, arms, missed, tip: Tip) -> Touch:
+def _touch(plan: ProbePlan, arms, missed, tip: Tip) -> Touch:
     """The touch of centres (3,) of the arms that met something, by plane and side."""
-    known = tip.radius, tip.radius_std
     if (-1, 0) in missed:
-        place = plan.reference_point, plan.normal
-        way = np.stack([contact.start, contact.target])
-        return Touch(plan.number, *place, (), TouchStatus.NO_CONTACT, 0.0, 0.0, way, *known)
+        return touch_in_vain(plan, TouchStatus.NO_CONTACT, tip)
     if (-1, 0) not in arms:
         raise ValueError(
             f"the log of plan {plan.number} ends before the contact; carry out the plan again"
         )
-    centre = arms[-1, 0][0]
+    centre, contours = arms[-1, 0][0], []
+    # A switch has no force.
     noise = float(np.hypot(tip.noise_std, tip.error_std))
-    contours, tracked = [], 0.0
     for k, plane in enumerate(plan.planes):
         ahead, behind = (np.reshape(arms.get((k, side), []), (-1, 3)) for side in (0, 1))
-        points = np.vstack([behind[::-1], centre, ahead])
-        ends = [
+        first, last = (
             ContourEnd.TURNED_AWAY if (k, side) in missed else ContourEnd.LENGTH_REACHED
             for side in (1, 0)
-        ]
-        own = SamplingPlane(centre, plane.normal)
-        contours.append(Contour(points, own, noise, (ends[0], ends[1])))
-        tracked += float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
-    length = float((contact.start - centre) @ plan.normal)
-    gone = np.stack([contact.start, contact.start - length * plan.normal]) if length > 0.0 else None
-    touched = TouchStatus.TOUCHED
-    return Touch(
-        plan.number, centre, plan.normal, tuple(contours), touched, tracked, 0.0, gone, *known
-    )
+        )
+        points, own = np.vstack([behind[::-1], centre, ahead]), SamplingPlane(centre, plane.normal)
+        contours.append(Contour(points, own, noise, (first, last)))
+    return touch_of_centres(plan, centre, contours, tip)

@@ -13,6 +13,7 @@ from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.going import arrives
 from touchatlas.planner.tracking.machines import Trigger
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
+from touchatlas.planner.tracking.points_touched import touch_in_vain, touch_of_centres
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +67,12 @@ def touch_points(
     target = origin - plan.depth * plan.normal
     before = frozen_array(trigger.position(), (3,), "position of the trigger")
     if not arrives(trigger, before, plan.way_from(before)):
-        return _in_vain(plan, TouchStatus.UNREACHABLE, None, tip)
+        return touch_in_vain(plan, TouchStatus.UNREACHABLE, tip)
     centre = _met(trigger, target)
     if centre is None:
         trigger.move(origin[None])
-        return _in_vain(plan, TouchStatus.NO_CONTACT, np.stack([origin, target]), tip)
+        return touch_in_vain(plan, TouchStatus.NO_CONTACT, tip)
     contours: list[Contour] = []
-    tracked = 0.0
     for plane in plan.planes:
         along = cross(plan.normal, plane.normal)
         # One contour has to be long enough to show on which side of it the body is.
@@ -85,36 +85,16 @@ def touch_points(
         # All around a body a few points have no order that can be told.
         while len(points) >= LEAST_POINTS and out_of_order(points):
             points = points[1:-1]
-        tracked += float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
         noise = tip.sample_std(1)
         contours.append(Contour(points, SamplingPlane(centre, plane.normal), noise, (first, last)))
     trigger.move(origin[None])
-    length = float((origin - centre) @ plan.normal)
-    way = np.stack([origin, origin - length * plan.normal]) if length > 0.0 else None
-    return Touch(
-        plan.number,
-        centre,
-        plan.normal,
-        tuple(contours),
-        TouchStatus.TOUCHED,
-        tracked,
-        0.0,
-        way,
-        tip.radius,
-        tip.radius_std,
-    )
+    return touch_of_centres(plan, centre, contours, tip)
 
 
 def _met(trigger: Trigger, target) -> np.ndarray | None:
     """Where a trigger met something on its way to a target (3,); None where it met nothing."""
     place = trigger.probe(target)
     return None if place is None else frozen_array(place, (3,), "place that probe returned")
-
-
-def _in_vain(plan: ProbePlan, status: TouchStatus, way: np.ndarray | None, tip: Tip) -> Touch:
-    """The touch of a plan without contact."""
-    place = plan.reference_point, plan.normal
-    return Touch(plan.number, *place, (), status, 0.0, 0.0, way, tip.radius, tip.radius_std)
 
 
 def _arm(

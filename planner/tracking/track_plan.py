@@ -3,7 +3,7 @@
 import numpy as np
 
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.arrays import cross
+from touchatlas.patch.geometry.arrays import cross, length_of_way
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.arms import Arm, of_centres, touch_of, untracked
 from touchatlas.planner.tracking.going import arrives
@@ -55,7 +55,7 @@ def track_plan(
     tips, found, status = getattr(scanner, "tips", 1), [], TouchStatus.TOUCHED
     here = centre_of(scanner.read(), tip).reshape(-1, 3)[0]
     way = plan.way_from(here, radius)
-    travel = 0.0 if way is None else _length(np.vstack([here, way]))
+    travel = 0.0 if way is None else length_of_way(np.vstack([here, way]))
     for first in range(0, len(ways), tips):
         tracker = Tracker(scanner, plan, ways[first : first + tips], tip, options, radius)
         status = TouchStatus.UNREACHABLE
@@ -67,7 +67,7 @@ def track_plan(
         # Further arms begin where contact is known to be.
         above = tracker.start[0] + options.retract * plan.normal
         back = _way_back(*tracker.travelled(), ways[first], options.retract, above)
-        travel += _length(back)
+        travel += length_of_way(back)
         if not arrives(scanner, back[0], back[1:]):
             # The tip waits where the arm ended: nothing else is known to be free.
             status = TouchStatus.UNREACHABLE
@@ -84,11 +84,6 @@ def track_plan(
     shared = float(np.hypot(tip.radius_std, options.force / tip.stiffness * tip.stiffness_std))
     touch = touch_of(plan, origin, depth, status, found, tip, travel, shared)
     return touch if normals else of_centres(touch, tip.radius)
-
-
-def _length(way) -> float:
-    """Of straight lines through points (k, 3)."""
-    return float(np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)).sum())
 
 
 def _way_back(centres, travelled, w, height: float, goal) -> np.ndarray:
