@@ -26,13 +26,8 @@ from touchatlas.planner import Planner
 from touchatlas.sim import Probe, make_object
 from touchatlas.sim.command.outcome import exit_code
 from touchatlas.sim.folder.run_options import fit_scale
-from touchatlas.sim.study.surface_peers import (
-    PEERS,
-    best_surface,
-    distances,
-    samples_of,
-    spread_plans,
-)
+from touchatlas.sim.judge.closest_points import ClosestPoints
+from touchatlas.sim.study.surface_peers import PEERS, best_surface, samples_of, spread_plans
 from touchatlas.sim.study.tradeoff import timed
 
 TRUTH = 4000
@@ -88,7 +83,7 @@ def at_once(name: str, places: int, cells: int) -> str:
         return atlas, extract_surface(atlas, edge)
 
     def shown(vertices, faces, seconds: float) -> str:
-        error = distances(vertices, faces, truth).mean() / obj.diagonal
+        error = ClosestPoints(vertices, faces)(truth)[0].mean() / obj.diagonal
         return f"{seconds:.2f} ({1e4 * error:.2f})"
 
     out = []

@@ -27,11 +27,11 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas import Atlas, extract_surface
 from touchatlas.planner import Planner, explore
 from touchatlas.sim import Probe, evaluate_surface, make_object, object_names, truth_of
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.study.surface_peers import (
     PEERS,
     Peer,
     best_surface,
-    distances,
     samples_of,
     spread,
     spread_plans,
@@ -222,7 +222,7 @@ def learn(touches, tolerance: float):
 
 def show(method, normals, surface, setting, seconds, truth, obj) -> None:
     e = evaluate_surface(*surface, truth, obj.tolerance, np.random.default_rng(0))
-    p99 = np.quantile(distances(*surface, truth.points), 0.99)
+    p99 = np.quantile(ClosestPoints(*surface)(truth.points)[0], 0.99)
     lengths = (e.completeness_mean, e.completeness_rms, p99, e.accuracy_mean)
     figures = " | ".join(f"{1e4 * length / obj.diagonal:.3g}" for length in lengths)
     tail = f"{e.coverage:.3f} | {setting} | {seconds:.2f}"

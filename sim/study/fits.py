@@ -13,6 +13,7 @@ from touchatlas.patch.entry_points import ESTIMATORS, load_added
 from touchatlas.patch.geometry.frame import any_tangent, axes_from_normal
 from touchatlas.patch.paper.newton import newton_minimum
 from touchatlas.patch.paper.steepest_descent import sign_frozen_descent
+from touchatlas.sim.study.heights import shape_of
 from touchatlas.sim.study.scenes import POINTS_PER_ARM, Scene
 
 # The paper's multiplier of (5), length^2, in millimetres as its objects are.
@@ -141,8 +142,9 @@ def fit_jet(point, samples, outward, degree: int) -> Jet:
     scaled = np.linalg.lstsq(_terms(degree, x / size, y / size).T, z, rcond=None)[0]
     orders = np.repeat(np.arange(degree + 1), np.arange(1, degree + 2))
     coefficients = scaled / size**orders
-    k2, k1 = _curvatures(*coefficients[1:6])
-    return Jet(np.asarray(point), axes, coefficients, degree, float(k1), float(k2))
+    fx, fy, xx, xy, yy = coefficients[1:6]
+    shape = shape_of(fx, fy, 2.0 * xx, xy, 2.0 * yy)
+    return Jet(np.asarray(point), axes, coefficients, degree, shape.k1, shape.k2)
 
 
 def _component_axes(samples, outward) -> np.ndarray:
@@ -156,15 +158,6 @@ def _component_axes(samples, outward) -> np.ndarray:
 def _terms(degree: int, x, y) -> np.ndarray:
     """(t, n) monomials x^(d-j) y^j up to a degree."""
     return np.array([x ** (d - j) * y**j for d in range(degree + 1) for j in range(d + 1)])
-
-
-def _curvatures(fx, fy, xx, xy, yy) -> np.ndarray:
-    """Principal curvatures, ascending, of the height with slopes fx, fy and these coefficients of
-    x^2, x y and y^2: eigenvalues of the second fundamental form against the first."""
-    first = np.array([[1.0 + fx * fx, fx * fy], [fx * fy, 1.0 + fy * fy]])
-    second = np.array([[2.0 * xx, xy], [xy, 2.0 * yy]]) / np.sqrt(1.0 + fx * fx + fy * fy)
-    half = np.linalg.inv(np.linalg.cholesky(first))
-    return np.linalg.eigvalsh(half @ second @ half.T)
 
 
 def mesh_around(scene: Scene, rng: np.random.Generator):

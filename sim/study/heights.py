@@ -29,6 +29,12 @@ def graph_shape(height: Height, x: float, y: float, step: float = 5e-3) -> Shape
     z = height(x + offsets[:, None], y + offsets[None, :])
     fx, fy = d1 @ z[:, 2], z[2] @ d1
     fxx, fyy, fxy = d2 @ z[:, 2], z[2] @ d2, d1 @ z @ d1
+    return shape_of(fx, fy, fxx, fxy, fyy)
+
+
+def shape_of(fx, fy, fxx, fxy, fyy) -> Shape:
+    """Normal and principal curvatures of a height with these derivatives: eigenvalues of the second
+    fundamental form against the first."""
     first = np.array([[1.0 + fx * fx, fx * fy], [fx * fy, 1.0 + fy * fy]])
     length = np.sqrt(1.0 + fx * fx + fy * fy)
     root = np.linalg.inv(np.linalg.cholesky(first))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from touchatlas.sim.study.surface_peers import distances
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.world.triangles import sample_triangles
 
 
@@ -72,11 +72,11 @@ def judged(
     """
     if mesh is None or not len(mesh[1]):
         return {"mean_error": np.nan, "p95_error": np.nan, "known_share": 0.0, "met": 0.0}
-    missed = distances(*mesh, truth)
+    missed = ClosestPoints(*mesh)(truth)[0]
     share = float(np.mean(missed <= tolerance))
     points = sample_triangles(*mesh, options.points, np.random.default_rng(0))[0]
     vertices, faces = obj.mesh(options.sagitta * tolerance)
-    off = np.quantile(distances(vertices, faces, points), options.share)
+    off = np.quantile(ClosestPoints(vertices, faces)(points)[0], options.share)
     body = trimesh.Trimesh(*mesh, process=False)
     right = not obj.closed or body.is_watertight
     right = right and body.euler_number == obj.euler_characteristic

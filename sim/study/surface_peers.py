@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
-import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -16,6 +15,7 @@ from touchatlas.atlas import Atlas
 from touchatlas.patch.geometry.frame import any_tangent
 from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.plans import concurrent_planes
+from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.study.tradeoff import timed
 
 
@@ -76,7 +76,7 @@ def best_surface(peer: Peer, points, normals, noise_std: float, cells: int, trut
     losses = []
     for setting in peer.settings:
         found = _try(peer, points, normals, setting, noise_std, max(cells // 2, 8))
-        losses.append(np.inf if found is None else distances(*found, truth).mean())
+        losses.append(np.inf if found is None else ClosestPoints(*found)(truth)[0].mean())
     best = peer.settings[int(np.argmin(losses))]
     found, seconds = timed(lambda s: _try(peer, points, normals, s, noise_std, cells), best)
     return None if found is None else (found, best, seconds)
@@ -90,13 +90,6 @@ def _try(peer: Peer, *arguments) -> tuple[np.ndarray, np.ndarray] | None:
     except Exception:
         return None
     return (vertices, faces) if len(faces) and np.isfinite(vertices).all() else None
-
-
-def distances(vertices, faces, points) -> np.ndarray:
-    """(n,) distances of points (n, 3) from a triangle mesh, length."""
-    tree = igl.AABB()
-    tree.init(vertices, faces)
-    return np.sqrt(np.ravel(tree.squared_distance(vertices, faces, points)[0]))
 
 
 def samples_of(atlas: Atlas, touches) -> tuple[np.ndarray, np.ndarray]:

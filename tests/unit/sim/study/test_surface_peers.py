@@ -8,7 +8,8 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from touchatlas.sim.study.surface_peers import Peer, best_surface, distances, spread, spread_plans
+from touchatlas.sim.judge.closest_points import ClosestPoints
+from touchatlas.sim.study.surface_peers import Peer, best_surface, spread, spread_plans
 from touchatlas.sim.world.objects import make_object
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "surface_peers.py"
@@ -36,7 +37,7 @@ def test_peer_reconstructs_a_ball(name, ball):
     (vertices, faces), setting, seconds = best_surface(peer, *ball, 0.0, 24, ball[0])
     error = np.linalg.norm(vertices, axis=1) / RADIUS - 1.0
     assert np.abs(error).max() < 0.01
-    assert distances(vertices, faces, ball[0]).max() < 0.01 * RADIUS
+    assert ClosestPoints(vertices, faces)(ball[0])[0].max() < 0.01 * RADIUS
     assert setting in peer.settings
     assert seconds > 0.0
 
