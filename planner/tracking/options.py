@@ -38,7 +38,7 @@ class Tip:
     error_std: float = 0.0
 
     def __post_init__(self) -> None:
-        _check(self, positive=("stiffness",))
+        check_above(self, positive=("stiffness",))
 
     def sample_std(self, readings: int) -> float:
         """Standard deviation of each coordinate of a centre that some readings give.
@@ -123,7 +123,9 @@ class TrackingOptions:
     patience: float = 4.0
 
     def __post_init__(self) -> None:
-        _check(self, positive=tuple(field.name for field in fields(self) if field.name != "settle"))
+        check_above(
+            self, positive=tuple(field.name for field in fields(self) if field.name != "settle")
+        )
         if not self.least < self.force < self.most:
             raise ValueError(
                 f"least, force, most are {self.least}, {self.force}, {self.most}; each must be "
@@ -165,7 +167,7 @@ class TriggerOptions:
     clearance: float = 20.0
 
     def __post_init__(self) -> None:
-        _check(self, positive=tuple(field.name for field in fields(self)))
+        check_above(self, positive=tuple(field.name for field in fields(self)))
         if not isinstance(self.points, int | np.integer):
             raise ValueError(f"points is {self.points!r}; it must be a whole number")
         if not self.turn <= 0.25 * np.pi:
@@ -182,7 +184,7 @@ def scaled(record, factor: float, lengths: tuple[str, ...], inverse: tuple[str, 
     return replace(record, **new, **{name: getattr(record, name) / factor for name in inverse})
 
 
-def _check(record, positive: tuple[str, ...]) -> None:
+def check_above(record, positive: tuple[str, ...]) -> None:
     """ValueError for a field that is no finite number, 0 or more, or more than 0."""
     for field in fields(record):
         value = getattr(record, field.name)

@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from touchatlas.sim.machine.carriage import Carriage
 from touchatlas.sim.machine.feet import Feet
 from touchatlas.sim.machine.options import Switch
 
 
-class BallTrigger:
+class BallTrigger(Carriage):
     """The simulation of a ball with a switch on a machine of three axes.
 
     Parameters
@@ -20,15 +21,11 @@ class BallTrigger:
     ----------
     centre : (3,) float, length
         Of the ball.
-    seconds : float, s
-        That the machine has taken.
-    collisions : int
-        Ways on which the ball met the body.
     """
 
     def __init__(self, feet: Feet, switch: Switch, rng: np.random.Generator) -> None:
-        self._feet, self.switch, self._rng = feet, switch, rng
-        self.centre, self.seconds, self.collisions = np.zeros(3), 0.0, 0
+        super().__init__(feet, switch)
+        self.switch, self._rng, self.centre = switch, rng, np.zeros(3)
 
     def place(self, point) -> None:
         """The ball rests at a point (3,) in air."""
@@ -37,20 +34,6 @@ class BallTrigger:
     def position(self) -> np.ndarray:
         """(3,) centre of the ball."""
         return self.centre
-
-    def move(self, way) -> bool:
-        """Go through points (k, 3) in air; where the ball meets the body, it stops."""
-        for point in np.reshape(np.asarray(way, float), (-1, 3)):
-            length = float(np.linalg.norm(point - self.centre))
-            free = self._feet.free_length(self.centre, point, self.switch.radius)
-            gone = min(free, length)
-            self.seconds += gone / self.switch.rapid + self.switch.pause
-            if free < length:
-                self.collisions += 1
-                self.centre = self.centre + gone / length * (point - self.centre)
-                return False
-            self.centre = point.copy()
-        return True
 
     def probe(self, target) -> np.ndarray | None:
         """Go straight to a target (3,) until the switch opens; the centre (3,) there, or None."""

@@ -3,11 +3,12 @@
 import numpy as np
 
 from touchatlas.planner.tracking.machines import Reading
+from touchatlas.sim.machine.carriage import Carriage
 from touchatlas.sim.machine.feet import Feet
 from touchatlas.sim.machine.options import Beam
 
 
-class BeamScanner:
+class BeamScanner(Carriage):
     """The quasi-static simulation of a ball on a beam; it is a ``Scanner`` of several tips.
 
     The ball has no inertia. It rests on the surface where the force of the beam lies in the cone of
@@ -28,13 +29,11 @@ class BeamScanner:
         What one machine would have taken for all tips, one after the other.
     time : float, s
         Of the readings.
-    collisions : int
-        Ways on which the ball met the body.
     """
 
     def __init__(self, feet: Feet, beam: Beam, rng: np.random.Generator, tips: int = 6) -> None:
-        self._feet, self.beam, self._rng, self.tips = feet, beam, rng, tips
-        self.seconds, self.time, self.collisions = 0.0, 0.0, 0
+        super().__init__(feet, beam)
+        self.beam, self._rng, self.tips, self.time = beam, rng, tips, 0.0
         self.place(np.zeros(3))
 
     def place(self, point) -> None:
@@ -49,21 +48,6 @@ class BeamScanner:
     def position(self) -> np.ndarray:
         """(3,) centre of the first tip."""
         return self._balls[0]
-
-    def move(self, way) -> bool:
-        """Go through points (k, 3) in air; where the ball meets the body, it stops."""
-        for point in np.reshape(np.asarray(way, float), (-1, 3)):
-            start = self.position()
-            length = float(np.linalg.norm(point - start))
-            free = self._feet.free_length(start, point, self.beam.radius)
-            gone = min(free, length)
-            self.seconds += gone / self.beam.rapid + self.beam.pause
-            if free < length:
-                self.collisions += 1
-                self.place(start + gone / length * (point - start))
-                return False
-            self.place(point)
-        return True
 
     def command(self, velocity) -> None:
         """Move the held ends of the beams with velocities (tips, 3), length/s."""

@@ -14,6 +14,7 @@ from touchatlas.sim.machine import fault_words as words
 from touchatlas.sim.machine.fault_words import Fault
 from touchatlas.sim.machine.feet import Feet
 from touchatlas.sim.machine.probes import SimulatedProbe
+from touchatlas.sim.world.probe import state_of
 
 
 class FaultyProbe:
@@ -79,14 +80,10 @@ class FaultyProbe:
 
     def restore(self, state: str) -> None:
         """Go on from a state; ValueError if it is none."""
-        try:
-            known = json.loads(state)
-            self._probe.restore(known["within"])
+        with state_of(state) as known:
+            within = known["within"]
             self._rng.bit_generator.state = known["random"]
-        except (TypeError, KeyError) as error:
-            raise ValueError(
-                f"the probe's state cannot be read ({error!r}); explore again"
-            ) from None
+        self._probe.restore(within)
 
     @property
     def seconds(self) -> float | None:
@@ -110,19 +107,9 @@ class FaultyProbe:
             until=known,
             way=None if way is None else ways,
         )
-        touch = self._probe(back)
-        contours = tuple(
-            replace(
-                contour,
-                points=contour.points + shift,
-                plane=SamplingPlane(contour.plane.point + shift, contour.plane.normal),
-            )
-            for contour in touch.contours
-        )
-        gone = None if touch.way is None else touch.way + shift
+        touch = shifted(self._probe(back), shift)
         touched = touch.status is TouchStatus.TOUCHED
-        contact = touch.contact + shift if touched else plan.reference_point
-        return replace(touch, contact=contact, contours=contours, way=gone)
+        return touch if touched else replace(touch, contact=plan.reference_point)
 
     def _in_other_planes(self, plan: ProbePlan) -> Touch:
         """The touch of a probe whose planes are turned, each about another axis, and said to be
@@ -215,3 +202,17 @@ def with_faults(
         assert body is not None
         probe = FaultyProbe(probe, fault, tolerance, body, rng)
     return probe
+
+
+def shifted(touch: Touch, shift) -> Touch:
+    """A touch of the object moved by a shift (3,), length."""
+    contours = tuple(
+        replace(
+            contour,
+            points=contour.points + shift,
+            plane=SamplingPlane(contour.plane.point + shift, contour.plane.normal),
+        )
+        for contour in touch.contours
+    )
+    way = None if touch.way is None else touch.way + shift
+    return replace(touch, contact=touch.contact + shift, contours=contours, way=way)

@@ -1,13 +1,13 @@
 """ProbeOptions: which probe touches a simulated object; and what simulated machines are truly."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from touchatlas.patch.entry_points import PROBES, added
 from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.cost_model import CostModel
-from touchatlas.planner.tracking.options import TrackingOptions, scaled
+from touchatlas.planner.tracking.options import TrackingOptions, check_above, scaled
 
 IDEAL, SCANNING, TRIGGER = "ideal", "scanning", "trigger"
 ARM, MEASURING = "arm", "measuring"
@@ -189,12 +189,3 @@ def cost_of(options: ProbeOptions, millimetre: float) -> CostModel:
     # Two moves and a measurement, from a height of 2 mm.
     point = 3.0 * switch.pause + 2.0 * millimetre / feed
     return CostModel(switch.rapid, feed, point=point, points=options.points)
-
-
-def check_above(record, positive: tuple[str, ...]) -> None:
-    """ValueError for a field that is no finite number, 0 or more, or more than 0."""
-    for field in fields(record):
-        value = getattr(record, field.name)
-        if not (0.0 <= real(value) < np.inf and (value > 0.0 or field.name not in positive)):
-            need = "more than 0" if field.name in positive else "0 or more"
-            raise ValueError(f"{field.name} is {value!r}; it must be a finite number, {need}")

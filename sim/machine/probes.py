@@ -18,6 +18,7 @@ from touchatlas.sim.machine.feet import Feet
 from touchatlas.sim.machine.options import ARM, SCANNING, Beam, ProbeOptions, Switch
 from touchatlas.sim.world.implicit_object import ImplicitObject
 from touchatlas.sim.world.mesh_object import MeshObject
+from touchatlas.sim.world.probe import state_of
 
 
 class SimulatedProbe(Protocol):
@@ -64,17 +65,12 @@ class MachineProbe:
     def restore(self, state: str) -> None:
         """Go on from a state, as if all touches before had been made; ValueError if it is none."""
         machine = self.machine
-        try:
-            known = json.loads(state)
+        with state_of(state) as known:
             machine.place(np.array(known["position"], float).reshape(3))
             machine.seconds = float(known["seconds"])
             if isinstance(machine, BeamScanner):
                 machine.time = float(known["time"])
             self._rng.bit_generator.state = known["random"]
-        except (ValueError, TypeError, KeyError) as error:
-            raise ValueError(
-                f"the probe's state cannot be read ({error!r}); explore again"
-            ) from None
 
 
 class ScanningProbe(MachineProbe):

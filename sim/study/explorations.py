@@ -1,7 +1,7 @@
 """Families of whole surfaces: bodies and touches, each explored and judged."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
@@ -10,12 +10,12 @@ from scipy.sparse.csgraph import connected_components
 from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
 from touchatlas.atlas.check.doubt import Doubt
 from touchatlas.atlas.check.doubts import doubts
-from touchatlas.patch import SamplingPlane
 from touchatlas.patch.geometry.normal_error import SURE
 from touchatlas.planner import Planner, explore
 from touchatlas.planner.stop import StopReason
 from touchatlas.sim.folder.run_options import fit_scale
 from touchatlas.sim.judge.closest_points import ClosestPoints
+from touchatlas.sim.machine.faults import shifted
 from touchatlas.sim.study.bodies import (
     NOISE,
     TOLERANCE,
@@ -115,20 +115,6 @@ def explored(trial: Trial, rng: np.random.Generator) -> Explored:
 
 def _new_atlas(trial: Trial) -> Atlas:
     return Atlas(trial.tolerance, scale=fit_scale(trial.noise, trial.body.diagonal))
-
-
-def shifted(touch: Touch, shift) -> Touch:
-    """A touch of the object moved by a shift (3,), length."""
-    contours = tuple(
-        replace(
-            contour,
-            points=contour.points + shift,
-            plane=SamplingPlane(contour.plane.point + shift, contour.plane.normal),
-        )
-        for contour in touch.contours
-    )
-    way = None if touch.way is None else touch.way + shift
-    return replace(touch, contact=touch.contact + shift, contours=contours, way=way)
 
 
 def atlas_verdict(trial: Trial, rng: np.random.Generator) -> Verdict:

@@ -46,15 +46,7 @@ def still_curve(count: float, rng) -> Case:
 @family("unit of one curve over that of the others", 1.0, 1.001, 1.01, 1.1, 2.0, 10.0, 25.4, 1000.0)
 def other_unit(factor: float, rng) -> Case:
     """One curve of another unit: its coordinates about the point are this much larger."""
-    case = smooth(rng)
-
-    def stretched(track: Track) -> Track:
-        points, through = (
-            case.point + factor * (x - case.point) for x in (track.points, track.through)
-        )
-        return replace(track, points=points, through=through)
-
-    return _first_changed(case, stretched)
+    return _changed_about_the_point(smooth(rng), lambda v: factor * v, lambda normal: normal)
 
 
 @family("rotation of one curve, degrees", 0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 45.0)
@@ -67,13 +59,7 @@ def other_frame(angle: float, rng) -> Case:
         along = (v @ axis)[..., None] * axis
         return along + np.cos(turn) * (v - along) + np.sin(turn) * np.cross(axis, v)
 
-    def rotated(track: Track) -> Track:
-        points, through = (
-            case.point + turned(x - case.point) for x in (track.points, track.through)
-        )
-        return replace(track, points=points, through=through, normal=turned(track.normal))
-
-    return _first_changed(case, rotated)
+    return _changed_about_the_point(case, turned, turned)
 
 
 @family("error of one plane's normal, degrees", 0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 20.0, 45.0)
@@ -161,3 +147,15 @@ def uneven_noise(ratio: float, rng) -> Case:
 
 def _first_changed(case: Case, change: Callable[[Track], Track]) -> Case:
     return replace(case, tracks=(change(case.tracks[0]), *case.tracks[1:]))
+
+
+def _changed_about_the_point(case: Case, change, of_normal) -> Case:
+    """The case with the first curve and its plane changed, as functions of vectors say."""
+
+    def changed(track: Track) -> Track:
+        points, through = (
+            case.point + change(x - case.point) for x in (track.points, track.through)
+        )
+        return replace(track, points=points, through=through, normal=of_normal(track.normal))
+
+    return _first_changed(case, changed)

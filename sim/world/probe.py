@@ -1,6 +1,8 @@
 """The simulated touch probe: carries out a ProbePlan on an object."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -115,15 +117,19 @@ class Probe:
 
     def restore(self, state: str) -> None:
         """Go on from a state, as if all touches before had been made; ValueError if it is none."""
-        try:
-            known = json.loads(state)
+        with state_of(state) as known:
             position = known["position"]
             self._rng.bit_generator.state = known["random"]
-        except (ValueError, TypeError, KeyError) as error:
-            raise ValueError(
-                f"the probe's state cannot be read ({error!r}); explore again"
-            ) from None
-        self._position = None if position is None else np.array(position, float)
+            self._position = None if position is None else np.array(position, float)
+
+
+@contextmanager
+def state_of(text: str) -> Iterator[dict]:
+    """What the state of a probe says; ValueError where the block cannot take it."""
+    try:
+        yield json.loads(text)
+    except (ValueError, TypeError, KeyError) as error:
+        raise ValueError(f"the probe's state cannot be read ({error!r}); explore again") from None
 
 
 def _joined(contact, ahead: Arm, behind: Arm) -> np.ndarray:
