@@ -1,10 +1,10 @@
 """CostModel: how many seconds a machine takes for a touch, and for the way to it."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import real
+from touchatlas.patch.checks import check_above
 
 
 @dataclass(frozen=True)
@@ -36,12 +36,7 @@ class CostModel:
     points: int = 0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0.0 <= real(value) < np.inf:
-                raise ValueError(
-                    f"{field.name} is {value!r}; it must be a finite number, 0 or more"
-                )
+        check_above(self)
         if not isinstance(self.points, int | np.integer):
             raise ValueError(f"points is {self.points!r}; it must be a whole number")
 

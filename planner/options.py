@@ -1,9 +1,10 @@
 """PlannerOptions: what a planner is asked for, how it touches, and the levels it decides by."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.patch.checks import check_above, check_whole, names_of
 from touchatlas.patch.entry_points import PLANNERS, added
 from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.cost_model import CostModel
@@ -61,10 +62,7 @@ class PlannerLevels:
     growth: float = 1.25e-4
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0.0 < real(value) < np.inf:
-                raise ValueError(f"{field.name} is {value!r}; it must be a number > 0")
+        check_above(self, positive=names_of(self))
         if not isinstance(self.patience, int | np.integer):
             raise ValueError(f"patience is {self.patience!r}; it must be a whole number of touches")
         if not self.closer < 1.0:
@@ -144,16 +142,9 @@ class PlannerOptions:
             names = ", ".join((*NAMES, *added(PLANNERS)))
             raise ValueError(f"the planner is {self.name!r}; it must be one of {names}")
         for name, least, most in (("curves", 3, 36), ("search", 0, 1000), ("datum", 0, 1000)):
-            value = getattr(self, name)
-            whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-            if not (whole and least <= value <= most):
-                raise ValueError(
-                    f"{name} is {value!r}; it must be a whole number from {least} to {most}"
-                )
+            check_whole(self, name, least, most)
         self._check_region()
-        for name in ("pin_radius", "pin_length", "elsewhere", "feature"):
-            if not 0.0 <= real(getattr(self, name)) < np.inf:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be a length >= 0")
+        check_above(self, names=("pin_radius", "pin_length", "elsewhere", "feature"))
         if not (
             self.pin_length == self.pin_radius == 0.0 or 0.0 < self.pin_radius < self.pin_length
         ):

@@ -6,7 +6,8 @@ from typing import Protocol
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import frozen_array, real
+from touchatlas.patch.checks import check_above
+from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.planner.tracking.options import Tip, scaled
 
 
@@ -89,9 +90,7 @@ class GuardOptions:
     release: float = 2.0
 
     def __post_init__(self) -> None:
-        for name in _LENGTHS:
-            if not 0.0 < real(getattr(self, name)) < np.inf:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be more than 0")
+        check_above(self, positive=_LENGTHS)
 
     def in_unit(self, millimetre: float) -> "GuardOptions":
         """The same in a unit of which a millimetre has so many."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.geometry.arrays import cross, real
+from touchatlas.patch.checks import check_above, names_of
+from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import ContourEnd, SamplingPlane
 from touchatlas.planner.drivers.recording import Recording
 from touchatlas.planner.probe_plan import ProbePlan, Reason
@@ -45,10 +46,7 @@ class ReplayOptions:
     together: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("least", "window", "step", "step_turn", "together"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < real(value) < np.inf:
-                raise ValueError(f"{name} is {value!r}; it must be more than 0")
+        check_above(self, positive=names_of(self))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,10 @@
 """What is known of a tip, and how machines are moved: records with defaults in mm, N and s."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from touchatlas.patch.geometry.arrays import real
+from touchatlas.patch.checks import check_above, names_of
 
 
 @dataclass(frozen=True)
@@ -123,9 +123,7 @@ class TrackingOptions:
     patience: float = 4.0
 
     def __post_init__(self) -> None:
-        check_above(
-            self, positive=tuple(field.name for field in fields(self) if field.name != "settle")
-        )
+        check_above(self, positive=tuple(name for name in names_of(self) if name != "settle"))
         if not self.least < self.force < self.most:
             raise ValueError(
                 f"least, force, most are {self.least}, {self.force}, {self.most}; each must be "
@@ -167,7 +165,7 @@ class TriggerOptions:
     clearance: float = 20.0
 
     def __post_init__(self) -> None:
-        check_above(self, positive=tuple(field.name for field in fields(self)))
+        check_above(self, positive=names_of(self))
         if not isinstance(self.points, int | np.integer):
             raise ValueError(f"points is {self.points!r}; it must be a whole number")
         if not self.turn <= 0.25 * np.pi:
@@ -182,12 +180,3 @@ def scaled(record, factor: float, lengths: tuple[str, ...], inverse: tuple[str, 
     """A record with its lengths times a factor, and what is over a length divided by it."""
     new = {name: getattr(record, name) * factor for name in lengths}
     return replace(record, **new, **{name: getattr(record, name) / factor for name in inverse})
-
-
-def check_above(record, positive: tuple[str, ...]) -> None:
-    """ValueError for a field that is no finite number, 0 or more, or more than 0."""
-    for field in fields(record):
-        value = getattr(record, field.name)
-        if not (0.0 <= real(value) < np.inf and (value > 0.0 or field.name not in positive)):
-            need = "more than 0" if field.name in positive else "0 or more"
-            raise ValueError(f"{field.name} is {value!r}; it must be a finite number, {need}")

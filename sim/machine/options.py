@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from touchatlas.patch.checks import check_above, check_whole
 from touchatlas.patch.entry_points import PROBES, added
-from touchatlas.patch.geometry.arrays import real
 from touchatlas.planner.cost_model import CostModel
-from touchatlas.planner.tracking.options import TrackingOptions, check_above, scaled
+from touchatlas.planner.tracking.options import TrackingOptions, scaled
 
 IDEAL, SCANNING, TRIGGER = "ideal", "scanning", "trigger"
 ARM, MEASURING = "arm", "measuring"
@@ -53,14 +53,9 @@ class ProbeOptions:
         ):
             if value not in known:
                 raise ValueError(f"{name} is {value!r}; it must be one of {', '.join(known)}")
-        for name in ("radius", "feed"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < real(value) < np.inf:
-                raise ValueError(f"{name} is {value!r}; it must be a finite number, more than 0")
-        whole = isinstance(self.points, int | np.integer) and not isinstance(self.points, bool)
+        check_above(self, ("radius", "feed"), ("radius", "feed"))
         # A contour of fewer than five points shows no normal.
-        if not (whole and 2 <= self.points <= 1000):
-            raise ValueError(f"points is {self.points!r}; it must be a whole number from 2 to 1000")
+        check_whole(self, "points", 2, 1000)
         if not isinstance(self.normals, bool | np.bool_):
             raise ValueError(f"normals is {self.normals!r}; it must be true or false")
 
