@@ -7,9 +7,8 @@ from touchatlas.patch.geometry.contour import Contour
 
 # Least distance of a bad contact, in standard deviations: one in 1.7 million good ones is as far.
 OUTLIER = 5.0
-# Samples of a window to either side, and the deviation of a normal law over the median of absolute
-# ones.
-_SIDE, _MAD = 3, 1.4826
+# Samples of a window to either side.
+_SIDE = 3
 
 
 def without_bad_contacts(contour: Contour) -> Contour:
@@ -143,7 +142,8 @@ def _off_median(heights, noise: float) -> tuple[np.ndarray, np.ndarray]:
     """How far each sample, at height 0, is off the median of the heights (n, k) of those about it,
     and whether (n,) that is more than noise and their spread explain."""
     median = np.median(heights, axis=1)
-    spread = _MAD * np.median(np.abs(heights - median[:, None]), axis=1)
+    # The deviation of a normal law over the median of absolute ones.
+    spread = 1.4826 * np.median(np.abs(heights - median[:, None]), axis=1)
     return -median, np.abs(median) > OUTLIER * np.maximum(noise, spread)
 
 

@@ -18,7 +18,6 @@ from touchatlas.sim.recorded.recorded_arms import arms_of
 from touchatlas.sim.recorded.table_file import Table, read_table
 from touchatlas.sim.world.units import said_unit
 
-_NINES = (999.0, 9999.0, 99999.0, 999999.0, 999.999, 9999.999, 9999.99, 999.99, 99999.9)
 _NOTHING = ("", "nan", "-nan", "nan(ind)", "-nan(ind)", "null", "none", "na", "n/a", "--", "-")
 
 
@@ -94,15 +93,19 @@ def _columns(path: Path, table: Table, options: ReadOptions) -> Columns:
     return columns_by_name(path, table) or columns_by_content(path, table)
 
 
+def _are_nines(cells) -> np.ndarray:
+    """(n,) numbers that are a common mark of no point."""
+    whole, parts = (999.0, 9999.0, 99999.0, 999999.0), (999.99, 999.999, 9999.99, 9999.999, 99999.9)
+    return np.isin(np.abs(cells), whole + parts)
+
+
 def _usable(path: Path, table: Table, columns: Columns, points) -> tuple[np.ndarray, list[str]]:
     """(n,) rows that are points, and in words how many are none.
 
     Cells that are empty or NaN hold no point; other words where a number should be are mistakes.
     """
     lost = ~np.isfinite(points).all(axis=1)
-    # Nines in all three cells are a common mark of no point.
-    nines = (points == points[:, :1]).all(axis=1) & np.isin(np.abs(points[:, 0]), _NINES)
-    lost |= nines
+    lost |= (points == points[:, :1]).all(axis=1) & _are_nines(points[:, 0])
     wanted = {("x", "y", "z")[k]: place for k, place in enumerate(columns.xyz)}
     _refuse_words(path, table, wanted, set(_NOTHING))
     if columns.vector:

@@ -4,11 +4,6 @@ import numpy as np
 
 from touchatlas.patch.geometry.section import LEAST_POINTS
 
-# Cosine of two degrees: lines of one plane differ by less.
-_ALIKE = 0.99939
-# Of the length of a curve: farther from its plane its points do not lie in it.
-_FLAT = 0.01
-
 
 def what_vectors_are(groups) -> str:
     """``planes``, ``normals`` or ``sides``: what the vectors of the points of a file are.
@@ -43,22 +38,31 @@ def what_vectors_are(groups) -> str:
 def _of_one_plane(points, vectors) -> bool:
     """Whether the vectors are alike, and the points lie in the plane across them."""
     given = vectors[np.isfinite(vectors[:, 0])]
-    if not (np.abs(given @ given[0]) > _ALIKE).all():
+    if not _are_along(given, given[0]):
         return False
-    height = (points - points.mean(axis=0)) @ given[0]
-    length = float(np.ptp(points, axis=0).max())
     best = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(points))
-    return float(np.sqrt(np.mean(height**2))) <= max(_FLAT * length, 4.0 * float(best))
+    return _lie_in_plane(points, given[0], 4.0 * float(best))
+
+
+def _are_along(vectors, normal) -> bool:
+    """Whether vectors (n, 3) are alike: lines of one plane differ by less than two degrees."""
+    return bool((np.abs(vectors @ normal) > 0.99939).all())
+
+
+def _lie_in_plane(points, normal, least: float = 0.0) -> bool:
+    """Whether points (n, 3) are beside a plane by less than a length ``least``, or by a hundredth
+    of their own length."""
+    height = (points - points.mean(axis=0)) @ normal
+    length = float(np.ptp(points, axis=0).max())
+    return float(np.sqrt(np.mean(height**2))) <= max(0.01 * length, least)
 
 
 def _of_one_face(groups) -> bool:
     """Whether all points of several curves lie in one plane across their vectors: a flat face."""
     normal = next(v[np.isfinite(v[:, 0])][0] for _, _, v in groups)
-    if not all((np.abs(v[np.isfinite(v[:, 0])] @ normal) > _ALIKE).all() for _, _, v in groups):
+    if not all(_are_along(v[np.isfinite(v[:, 0])], normal) for _, _, v in groups):
         return False
-    everything = np.concatenate([p for _, p, _ in groups])
-    height = (everything - everything.mean(axis=0)) @ normal
-    one = float(np.sqrt(np.mean(height**2))) <= _FLAT * float(np.ptp(everything, axis=0).max())
+    one = _lie_in_plane(np.concatenate([p for _, p, _ in groups]), normal)
     return one and (len(groups) > 1 or not groups[0][0])
 
 

@@ -7,9 +7,6 @@ from scipy.sparse.csgraph import connected_components
 from touchatlas.atlas.mesh.winding import winding_numbers
 from touchatlas.sim.world.triangles import areas_of
 
-# Openings of a tenth of all directions are left; the inside of a deep bowl has more.
-_INSIDE = 0.9
-
 
 def part_of_faces(faces) -> np.ndarray:
     """(f,) for each triangle, the number of the connected part that it belongs to."""
@@ -47,8 +44,7 @@ def hidden(points, own, vertices, faces, labels=None) -> np.ndarray:
         within = (points > corners.min(axis=0)) & (points < corners.max(axis=0))
         some = np.flatnonzero(within.all(axis=1) & (own != part) & ~found)
         if len(some):
-            turns = winding_numbers(vertices, triangles, points[some])
-            found[some] = np.abs(turns) > _INSIDE
+            found[some] = _enclosed(points[some], vertices, triangles)
     return found
 
 
@@ -117,8 +113,13 @@ def turned_outward(vertices, faces) -> tuple[np.ndarray, int]:
         within = (corners > box.min(axis=0)) & (corners < box.max(axis=0))
         some = np.flatnonzero(inner & within.all(axis=1))
         if len(some):
-            turns = winding_numbers(vertices, mine, corners[some])
-            turned[some[np.abs(turns) > _INSIDE]] = True
+            turned[some[_enclosed(corners[some], vertices, mine)]] = True
     wrong = turned[labels]
     faces[wrong] = faces[wrong][:, ::-1]
     return faces, int((turned & ~inner).sum())
+
+
+def _enclosed(points, vertices, triangles) -> np.ndarray:
+    """(n,) points that triangles (t, 3) are around."""
+    # Openings of a tenth of all directions are left; the inside of a deep bowl has more.
+    return np.asarray(np.abs(winding_numbers(vertices, triangles, points)) > 0.9)
