@@ -1,5 +1,7 @@
 """Contours of surfaces whose curvatures are known in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
@@ -51,11 +53,32 @@ def quadric_height(k1, k2, angle=0.0):
 def moved(contours, rotation, shift, scale=1.0):
     """The contours after x -> scale (rotation x) + shift."""
     return tuple(
-        Contour(
-            scale * c.points @ rotation.T + shift,
-            SamplingPlane(scale * rotation @ c.plane.point + shift, rotation @ c.plane.normal),
-            scale * c.noise_std,
-            c.ends,
+        replace(
+            c,
+            points=scale * c.points @ rotation.T + shift,
+            plane=SamplingPlane(
+                scale * rotation @ c.plane.point + shift, rotation @ c.plane.normal
+            ),
+            noise_std=scale * c.noise_std,
+            normals=None if c.normals is None else c.normals @ rotation.T,
         )
         for c in contours
     )
+
+
+def moved_touch(touch, rotation, shift, scale=1.0):
+    """The touch after x -> scale (rotation x) + shift."""
+    lengths = ("tracked_length", "travel_length", "tip_radius", "systematic_std")
+    return replace(
+        touch,
+        contact=scale * rotation @ touch.contact + shift,
+        approach=rotation @ touch.approach,
+        contours=moved(touch.contours, rotation, shift, scale),
+        way=None if touch.way is None else scale * touch.way @ rotation.T + shift,
+        **{name: scale * getattr(touch, name) for name in lengths},
+    )
+
+
+def scaled(touch, scale: float):
+    """The touch in another unit."""
+    return moved_touch(touch, np.eye(3), np.zeros(3), scale)

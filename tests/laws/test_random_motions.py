@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.laws.patch_scenes import NOISE, UP, contours_of, fit_of, scene_of
-from tests.truths import moved, quadric_height
+from tests.truths import moved, moved_touch, quadric_height
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, SamplingPlane, fit_patch
 from touchatlas.sim.study.cases import random_rotation
@@ -95,16 +95,6 @@ def learned(touches, tolerance: float) -> Atlas:
         atlas.add(touch)
     atlas.validate()
     return atlas
-
-
-def moved_touch(touch: Touch, turn, shift, scale: float) -> Touch:
-    return replace(
-        touch,
-        contact=scale * turn @ touch.contact + shift,
-        approach=turn @ touch.approach,
-        contours=moved(touch.contours, turn, shift, scale),
-        tracked_length=scale * touch.tracked_length,
-    )
 
 
 def over_the_touches() -> np.ndarray:

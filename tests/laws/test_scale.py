@@ -8,8 +8,9 @@ import pytest
 
 from tests.lawful_meshes import lawful_object
 from tests.sharp import sharp_object
+from tests.truths import scaled
 from touchatlas.atlas import Atlas, Surface, Touch, extract_surface
-from touchatlas.patch import Contour, SamplingPlane
+from touchatlas.patch import SamplingPlane
 from touchatlas.planner import Planner, ProbePlan, explore
 from touchatlas.sim import Probe
 
@@ -32,25 +33,6 @@ def scaled_plan(plan: ProbePlan, scale: float) -> ProbePlan:
     )
 
 
-def scaled_touch(touch: Touch, scale: float) -> Touch:
-    return replace(
-        touch,
-        contact=scale * touch.contact,
-        contours=tuple(
-            Contour(
-                scale * c.points,
-                SamplingPlane(scale * c.plane.point, c.plane.normal),
-                scale * c.noise_std,
-                c.ends,
-            )
-            for c in touch.contours
-        ),
-        tracked_length=scale * touch.tracked_length,
-        travel_length=scale * touch.travel_length,
-        way=None if touch.way is None else scale * touch.way,
-    )
-
-
 @lru_cache
 def exploration(name: str, scale: float) -> tuple[list[Touch], Atlas, Surface]:
     """Touches, atlas and surface of an exploration of a body that is enlarged by ``scale``."""
@@ -60,7 +42,7 @@ def exploration(name: str, scale: float) -> tuple[list[Touch], Atlas, Surface]:
     atlas, planner = Atlas(scale * obj.tolerance), Planner(scale * start, outward)
 
     def enlarged(plan: ProbePlan) -> Touch:
-        return scaled_touch(probe(scaled_plan(plan, 1.0 / scale)), scale)
+        return scaled(probe(scaled_plan(plan, 1.0 / scale)), scale)
 
     touches = [step.touch for step in explore(atlas, planner, enlarged, BODIES[name])]
     atlas.finish()

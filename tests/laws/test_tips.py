@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tipped import TipProbe, explored
+from tests.truths import scaled
 from touchatlas.atlas import Atlas, doubts, extract_surface, load_atlas, save_atlas
 
 TIP = 2.0
@@ -87,34 +88,13 @@ def test_lengths_may_be_in_any_unit():
     for scale in (1.0, 1e-3):
         atlas = Atlas(scale)
         for touch in touches:
-            atlas.add(_scaled(touch, scale))
+            atlas.add(scaled(touch, scale))
         atlases.append(atlas)
     one, other = (
         a.blend(s * np.array([[0, 0, 34.0]])) for a, s in zip(atlases, (1.0, 1e-3), strict=True)
     )
     assert other.distance[0] == pytest.approx(1e-3 * one.distance[0], rel=1e-6)
     assert other.deviation[0] == pytest.approx(1e-3 * one.deviation[0], rel=1e-6)
-
-
-def _scaled(touch, scale: float):
-    """A touch in another unit."""
-    contours = tuple(
-        replace(
-            c,
-            points=scale * c.points,
-            plane=replace(c.plane, point=scale * c.plane.point),
-            noise_std=scale * c.noise_std,
-        )
-        for c in touch.contours
-    )
-    lengths = ("tracked_length", "travel_length", "tip_radius", "systematic_std")
-    return replace(
-        touch,
-        contact=scale * touch.contact,
-        contours=contours,
-        way=None if touch.way is None else scale * touch.way,
-        **{name: scale * getattr(touch, name) for name in lengths},
-    )
 
 
 def test_a_systematic_error_beyond_the_tolerance_is_doubted():

@@ -8,6 +8,7 @@ from scipy.stats import chi2
 
 from tests.explored import entered, spread_touches
 from tests.lawful_meshes import lawful_object
+from tests.truths import scaled
 from touchatlas.atlas.samples.crossings import Crossings
 from touchatlas.atlas.samples.object_move import most_probable_move
 from touchatlas.sim import make_object
@@ -157,21 +158,6 @@ def test_crossings_do_not_depend_on_the_unit():
     assert np.allclose(one.gaps, 25.4 * other.gaps, atol=1e-9)
     assert np.allclose(one.variances, 25.4**2 * other.variances)
     assert np.allclose(one.normals, other.normals)
-
-
-def scaled(touch, factor):
-    """A touch in another unit."""
-    contours = tuple(
-        replace(
-            contour,
-            points=factor * contour.points,
-            plane=replace(contour.plane, point=factor * contour.plane.point),
-            noise_std=factor * contour.noise_std,
-        )
-        for contour in touch.contours
-    )
-    way = None if touch.way is None else factor * touch.way
-    return replace(touch, contact=factor * touch.contact, contours=contours, way=way)
 
 
 def test_a_table_holds_all_crossings():
