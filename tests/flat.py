@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from tests.truths import UP
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 
-UP = np.array([0.0, 0.0, 1.0])
 ARM = np.linspace(-1.0, 1.0, 15)
 
 

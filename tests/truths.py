@@ -7,6 +7,7 @@ import numpy as np
 from touchatlas.patch.geometry.contour import Contour, ContourEnd, SamplingPlane
 
 BALL_RADIUS = 33.0
+UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 
 
 def graph_contours(height, reach, count, noise_std, rng, angles=None, tilt=0.0):

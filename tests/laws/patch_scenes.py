@@ -8,18 +8,9 @@ from tests.truths import graph_contours
 from touchatlas.patch import FitOptions, PatchFit, fit_patch
 from touchatlas.sim.study.scenes import Scene, draw_scene
 
-UP = np.array([0.0, 0.0, 1.0])
-
-
 LENGTH = 20.0
-
-
 MONGE = FitOptions(height_only=True, adaptive=False)
-
-
 NOISE = 0.02
-
-
 SMOOTH_SURFACES = ["ball", "ellipsoid", "bottle_neck", "mouse"]
 
 

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.truths import BALL_RADIUS, ball_height, graph_contours, moved, quadric_height
+from tests.truths import BALL_RADIUS, UP, ball_height, graph_contours, moved, quadric_height
 from touchatlas.patch import Penalty, fit_paper
 from touchatlas.patch.paper.fit_paper import MULTIPLIER_FRACTION
 from touchatlas.sim.study.cases import random_rotation
-
-UP = np.array([0.0, 0.0, 1.0])
-
 
 K1, K2, ANGLE = 0.017, -0.042, 0.4
 

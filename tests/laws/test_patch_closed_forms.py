@@ -6,13 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from tests.laws.patch_scenes import UP
-from tests.truths import (
-    BALL_RADIUS,
-    ball_height,
-    graph_contours,
-    quadric_height,
-)
+from tests.truths import BALL_RADIUS, UP, ball_height, graph_contours, quadric_height
 from touchatlas.patch import Contour, ContourEnd, FitOptions, Patch, SamplingPlane, fit_patch
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.laws.patch_scenes import NOISE, fit_of, scene_of
-from tests.truths import graph_contours, moved
+from tests.truths import ORIGIN, UP, graph_contours, moved
 from touchatlas.patch import FitOptions, fit_patch
 from touchatlas.sim.study.cases import random_rotation
 from touchatlas.sim.study.scenes import SURFACES
@@ -27,15 +27,8 @@ def test_a_motion_moves_the_heights_by_rounding_alone(surface, noise):
         assert np.abs(error).max() < 1e-9 * one.radius
 
 
-UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
-
-
 VANISHING, TOLERANCES = [1, 2, 4], np.array([1.0, 1.0, 10.0])
-
-
 SWINGING = (129, 178, 304, 309, 1078, 1472, 1535, 1954, 2240)
-
-
 SWINGING_HEIGHTS = (205, 304, 309, 492, 507, 1234, 1393)
 
 

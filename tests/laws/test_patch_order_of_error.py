@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.laws.patch_scenes import MONGE, UP, WavyGraph, contours_of
+from tests.laws.patch_scenes import MONGE, WavyGraph, contours_of
+from tests.truths import UP
 from touchatlas.patch import FitOptions, PatchFit, fit_patch
 
 

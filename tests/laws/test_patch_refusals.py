@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.truths import graph_contours
+from tests.truths import ORIGIN, UP, graph_contours
 from touchatlas.patch import (
     Contour,
     ContourEnd,
@@ -16,8 +16,6 @@ from touchatlas.patch import (
     fit_paper,
     fit_patch,
 )
-
-UP, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 
 
 def bowl(noise=1e-3, height=lambda x, y: -0.3 * (x * x + y * y), **more):

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.laws.patch_scenes import NOISE, SMOOTH_SURFACES, UP, contours_of, fit_of, scene_of
-from tests.truths import (
-    ball_height,
-)
+from tests.laws.patch_scenes import NOISE, SMOOTH_SURFACES, contours_of, fit_of, scene_of
+from tests.truths import UP, ball_height
 from touchatlas.patch import Contour, PatchFit, SamplingPlane, fit_patch
 from touchatlas.patch.fit.bad_contacts import without_bad_contacts
 from touchatlas.sim.study.scenes import Scene

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.laws.patch_scenes import NOISE, UP, contours_of, fit_of, scene_of
-from tests.truths import moved, moved_touch, quadric_height
+from tests.laws.patch_scenes import NOISE, contours_of, fit_of, scene_of
+from tests.truths import UP, moved, moved_touch, quadric_height
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, SamplingPlane, fit_patch
 from touchatlas.sim.study.cases import random_rotation

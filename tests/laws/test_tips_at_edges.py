@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.tipped import TipProbe, explored
+from tests.truths import UP
 from touchatlas.atlas import Atlas, doubts, extract_surface
 from touchatlas.atlas.check.tip_doubts import closed_corners
 from touchatlas.atlas.edges.blunt_edges import BluntEdge
@@ -19,7 +20,7 @@ from touchatlas.planner import ProbePlan, Reason
 from touchatlas.planner.plans import concurrent_planes
 
 TIP = 2.0
-UP, SIDE = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+SIDE = np.array([1.0, 0.0, 0.0])
 # Contacts on the slab beside the block, on its wall, and their normals.
 PLACES = ((30, 0, 10), UP), ((28, 14, 10), UP), ((20, -10, 18), SIDE)
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from tests.truths import UP
 from touchatlas.atlas import Atlas
 from touchatlas.planner import PlannerOptions, Reason
 from touchatlas.planner.attempts import Attempts, Pending, Target
 from touchatlas.planner.places import Places
 from touchatlas.planner.view import Phase, View
 
-UP = np.array([0.0, 0.0, 1.0])
 NOWHERE = np.zeros((0, 3))
 EXTENT = 10.0
 # Places along x, known to 1 to 5 hundredths; the last two are next to each other.

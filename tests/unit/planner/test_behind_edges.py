@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.explored import explore_body
-from tests.flat import UP
 from tests.sharp import sharp_object
+from tests.truths import UP
 from touchatlas.atlas import Atlas, Touch, TouchStatus
 from touchatlas.patch import Contour, ContourEnd, SamplingPlane
 from touchatlas.planner import PlannerOptions, ProbePlan, Reason, StopReason

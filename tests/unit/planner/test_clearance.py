@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.explored import explored
-from tests.flat import UP
+from tests.truths import UP
 from touchatlas.atlas import Atlas
 from touchatlas.planner import Planner, PlannerOptions, StopReason
 from touchatlas.planner.clearance import clear_height

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from tests.explored import explored
-from tests.flat import UP, plane
+from tests.flat import plane
+from tests.truths import UP
 from touchatlas.atlas import Atlas, AtlasChange, Touch, TouchStatus
 from touchatlas.patch.geometry.curvature import curvatures_from_sections
 from touchatlas.planner import Planner, PlannerOptions, ProbePlan, Reason, explore

@@ -8,16 +8,8 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.explored import explored
-from tests.unit.planner.seen_places import (
-    DEVIATION,
-    PLACES,
-    RIM,
-    SIZE,
-    UP,
-    closed,
-    places,
-    view,
-)
+from tests.truths import UP
+from tests.unit.planner.seen_places import DEVIATION, PLACES, RIM, SIZE, closed, places, view
 from touchatlas.atlas.body.choose import KnownBody
 from touchatlas.atlas.body.uncrossed_edges import GuessedEdges
 from touchatlas.planner import Planner, PlannerOptions, Reason

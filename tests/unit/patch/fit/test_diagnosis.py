@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from tests.truths import graph_contours, moved, quadric_height
+from tests.truths import ORIGIN, UP, graph_contours, moved, quadric_height
 from touchatlas.patch import Contour, DiagnosisLimits, SamplingPlane, diagnose, fit_patch
 from touchatlas.patch.fit.advice import ADVICE
 from touchatlas.sim.study.cases import random_rotation
 
-UP, ORIGIN, NOISE = np.array([0.0, 0.0, 1.0]), np.zeros(3), 1e-3
+NOISE = 1e-3
 HEIGHT = quadric_height(-0.2, -0.4, 0.3)
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh, subspace_angles
 
-from tests.laws.patch_scenes import LENGTH, UP, WavyGraph, contours_of, even_angles
+from tests.laws.patch_scenes import LENGTH, WavyGraph, contours_of, even_angles
+from tests.truths import UP
 from touchatlas.patch import PatchFit, fit_patch
 from touchatlas.patch.fit.smoothness import SmoothnessPrior, coefficient_precision
 from touchatlas.patch.geometry.polynomial import Z, evaluate, monge_basis, monomials

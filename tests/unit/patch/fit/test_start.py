@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.truths import graph_contours, quadric_height
+from tests.truths import ORIGIN, UP, graph_contours, quadric_height
 from touchatlas.patch import Contour, UnfitError, fit_patch
 
-UP, ORIGIN, NOISE = np.array([0.0, 0.0, 1.0]), np.zeros(3), 1e-3
+NOISE = 1e-3
 HEIGHT = quadric_height(-0.2, -0.4, 0.3)
 
 

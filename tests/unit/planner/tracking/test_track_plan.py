@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.truths import UP
 from touchatlas.atlas import TouchStatus
 from touchatlas.patch import SamplingPlane
 from touchatlas.planner import ProbePlan, Reading, Reason, track_plan
-
-UP = np.array([0.0, 0.0, 1.0])
 
 
 class InAir:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.truths import UP
 from touchatlas.atlas import Atlas, TouchStatus
 from touchatlas.planner import ProbePlan, Reason, Tip, TriggerOptions
 from touchatlas.planner.plans import concurrent_planes
@@ -17,7 +18,6 @@ from touchatlas.sim.machine.options import Switch
 
 FEET, CUBE = Feet(make_object("sphere")), Feet(make_object("cube"))
 EXACT = Switch(travel=0.0, lobes=0.0, noise_std=0.0, period=0.0, step=0.0)
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def machine(feet=FEET, switch=EXACT, seed=0) -> BallTrigger:
