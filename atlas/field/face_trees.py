@@ -289,3 +289,10 @@ def _finer(curve) -> np.ndarray:
     at = np.linspace(0.0, len(curve) - 1.0, 8 * len(curve))
     steps = np.arange(len(curve))
     return np.stack([np.interp(at, steps, column) for column in curve.T], axis=1)
+
+
+def off_box(tree: cKDTree, points) -> np.ndarray:
+    """(n,) distances of points (n, 3) from the box about those of a tree, length: none of these is
+    nearer, whatever its distance is rounded to."""
+    off = np.maximum(np.maximum(tree.mins - points, points - tree.maxes), 0.0)
+    return np.asarray((1.0 - 1e-12) * np.sqrt(np.einsum("ij,ij->i", off, off)))

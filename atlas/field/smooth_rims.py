@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.edges.edge_curves import across_rim, rim_distances
 from touchatlas.atlas.faces.faces import FaceEdge
-from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees, curve_tree
+from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees, curve_tree, off_box
 
 
 class SmoothRims:
@@ -34,16 +34,17 @@ class SmoothRims:
         pairs = [{edge.first, edge.second} for edge, _, _ in self._rims]
         return any({one, other} in pairs for one in some for other in others)
 
-    def sides(self, faces, points) -> list[tuple[int, np.ndarray, np.ndarray]]:
-        """Of the rims of some faces, each face (of both that a rim has), how far its curves are
-        from points (n, 3), and whether (n,) these are on the side of the other face."""
-        out = []
+    def pass_rims(self, face: int, points, reach) -> np.ndarray:
+        """(n,) whether points (n, 3) are on the other side of a rim of a face that is nearer to
+        them than ``reach`` (n,), length."""
+        out = np.zeros(len(points), bool)
         for edge, curve, to_first in self._rims:
-            if not {edge.first, edge.second} & set(faces):
-                continue
-            off, which = curve.query(points)
-            side = ((points - curve.data[which]) * to_first[which]).sum(axis=1)
-            out += [(edge.first, off, side < 0.0), (edge.second, off, side > 0.0)]
+            if face in (edge.first, edge.second):
+                near = np.flatnonzero(~out & (off_box(curve, points) < reach))
+                off, which = curve.query(points[near])
+                side = ((points[near] - curve.data[which]) * to_first[which]).sum(axis=1)
+                beyond = side < 0.0 if face == edge.first else side > 0.0
+                out[near] = beyond & (off < reach[near])
         return out
 
     def move(self, at: FacesAt, away, owner, chosen) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.faces.faces import Faces
+from touchatlas.atlas.field.face_trees import off_box
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 
 
@@ -68,13 +69,15 @@ class Votes:
 
     def _nearest(self, key: int, points) -> np.ndarray:
         """(2, n) distances of points (n, 3) from the votes in a cell for inside and for outside: of
-        each face the third one, as one of three may be wrong."""
-        votes, out = self._split[key], np.full((2, len(points)), np.inf)
-        rims = self._rims.sides([face for face, _, _ in votes], points)
-        for face, side, tree in votes:
-            away = tree.query(points, k=[3])[0][:, 0]
-            for own, off, is_beyond in rims:
-                if own == face:
-                    away[is_beyond & (off < 2.0 * away)] = np.inf
-            out[side] = np.minimum(out[side], away)
+        each face the third one, as one of three may be wrong. Where one side is more than twice
+        as far as the other, no more than that is told of it."""
+        out = np.full((2, len(points)), np.inf)
+        for face, side, tree in self._split[key]:
+            most = np.minimum(out[side], 2.0 * out[1 - side])
+            rows = np.flatnonzero(off_box(tree, points) <= most)
+            away = tree.query(points[rows], k=[3])[0][:, 0]
+            near = away <= most[rows]
+            rows, away = rows[near], away[near]
+            away[self._rims.pass_rims(face, points[rows], 2.0 * away)] = np.inf
+            out[side, rows] = np.minimum(out[side, rows], away)
         return out
