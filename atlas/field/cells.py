@@ -8,6 +8,7 @@ import numpy as np
 from touchatlas.atlas.field.face_ends import FaceEnds
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.rounded_edges import are_rounded, ball_distances
+from touchatlas.atlas.field.sides import Sides
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.field.votes import Votes
 
@@ -61,32 +62,40 @@ class Cells:
         """(f,) the first face that is one surface with each face."""
         return self._one
 
-    def decide(self, at: FacesAt) -> tuple[np.ndarray, np.ndarray]:
+    def sides(self, at: FacesAt) -> Sides:
+        """On which sides of the surfaces n points lie."""
+        distances = self._of_surfaces(at.points, at.distances)
+        outside, off = distances > 0.0, self._off(at, distances)
+        order = np.lexsort((np.abs(distances), off))[:, : min(6, np.count_nonzero(self._bits))]
+        label = self._votes.labels(self._key(outside), at.points)
+        return Sides(distances, outside, off, order, label)
+
+    def decide(self, at: FacesAt, sides: Sides) -> tuple[np.ndarray, np.ndarray]:
         """The face (n,) that votes show to be the surface of n points; -1 where they do not, or
         where it has several patches. And its distance, normal and variance (n, 5).
 
         They do where the cell of a point is known, and that beyond the nearest face is known to be
         on the other side.
         """
-        distances = self._of_surfaces(at.points, at.distances)
-        outside, count = distances > 0.0, len(distances)
-        nearest = np.lexsort((np.abs(distances), self._off(at, distances)))[:, 0]
-        label = self._votes.labels(self._key(outside), at.points)
+        outside, label, nearest = sides.outside, sides.label, sides.order[:, 0]
+        count = len(label)
         beyond = self._across(outside, np.arange(count), nearest[:, None])
         shown = (label != 0.0) & (self._votes.labels(beyond, at.points) == -label)
-        shown &= self._may_bound(distances[np.arange(count), nearest], nearest, label)
+        shown &= self._may_bound(sides.distances[np.arange(count), nearest], nearest, label)
         decides, chosen = np.full(count, -1), np.zeros((count, 5))
         self._move(at, nearest, label, np.flatnonzero(shown), decides, chosen)
         decides[self._has_patches[decides]] = -1
         return decides, chosen
 
-    def settle(self, at: FacesAt, away, owner, decides, chosen) -> np.ndarray:
+    def settle(self, at: FacesAt, sides: Sides, away, owner, decides, chosen) -> np.ndarray:
         """Correct what was chosen where the votes of the cells on both sides contradict it.
 
         Parameters
         ----------
         at : FacesAt
             Of n points.
+        sides : Sides
+            Of these points.
         away : (n,) float, length
             From the nearest sample. The surface is no farther, so that no farther face is chosen.
         owner : (n,) int
@@ -101,11 +110,9 @@ class Cells:
         (m,) int
             The points at which the votes contradict what was chosen, and name no other face.
         """
-        distances = self._of_surfaces(at.points, at.distances)
-        outside, off = distances > 0.0, self._off(at, distances)
-        label, before = self._votes.labels(self._key(outside), at.points), _side(chosen[:, 0])
-        shown, label = label != 0.0, np.where(label == 0.0, before, label)
-        order = np.lexsort((np.abs(distances), off))[:, : min(6, np.count_nonzero(self._bits))]
+        distances, outside, order = sides.distances, sides.outside, sides.order
+        before, shown = _side(chosen[:, 0]), sides.label != 0.0
+        label = np.where(shown, sides.label, before)
         # On the face itself either side may be told: that of another face of its surface.
         clear = np.abs(chosen[:, 0]) > self._noise[decides]
         wrong = (before != label) & clear
@@ -119,7 +126,7 @@ class Cells:
         farthest = away + np.maximum(self._noise[owner], self._noise[decides])
         reach = np.where(wrong, farthest, np.abs(chosen[:, 0]))
         ordered = np.take_along_axis(distances, order, axis=1)
-        asked = np.take_along_axis(off, order, axis=1) < reach[:, None]
+        asked = np.take_along_axis(sides.off, order, axis=1) < reach[:, None]
         asked &= self._may_bound(ordered, order, label[:, None])
         rows, face, beyond = self._beyond(at.points, outside, order, asked)
         goes_on = wrong[rows] & (beyond == 0.0) & (face == self._one[owner[rows]])

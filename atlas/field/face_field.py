@@ -13,6 +13,7 @@ from touchatlas.atlas.field.edge_cuts import SharpEdges
 from touchatlas.atlas.field.face_trees import FacesAt, FaceTrees
 from touchatlas.atlas.field.passed_air import PassedAir
 from touchatlas.atlas.field.rounded_edges import RoundedEdges, face_of_each_sample
+from touchatlas.atlas.field.sides import Sides
 from touchatlas.atlas.field.smooth_rims import SmoothRims
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
@@ -148,16 +149,17 @@ class FaceField:
             one, face = self.trees.of(0).values(points), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
         at = self.trees.at(points)
-        decides, chosen = self._cells.decide(at)
+        sides = self._cells.sides(at)
+        decides, chosen = self._cells.decide(at, sides)
         owner, rows = decides.copy(), np.flatnonzero(decides < 0)
         if len(rows):
-            found = self._by_samples(at.some(rows))
+            found = self._by_samples(at.some(rows), sides.some(rows))
             owner[rows], decides[rows], chosen[rows] = found
         self._rounded.round(at, owner, decides, chosen)
         normal = chosen[:, 1:4] / np.linalg.norm(chosen[:, 1:4], axis=1)[:, None]
         return FaceValues(chosen[:, 0], normal, np.sqrt(chosen[:, 4]), decides)
 
-    def _by_samples(self, at: FacesAt) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _by_samples(self, at: FacesAt, sides: Sides) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The face (n,) of the sample nearest to each of n points, the face (n,) that decides, and
         its distance, normal and variance (n, 5).
 
@@ -171,7 +173,7 @@ class FaceField:
         owner, chosen = self._of_walls(at, away, self._of[near])
         self._rims.move(at, away, owner, chosen)
         decides = self._sharp.cut(at, away, owner, chosen)
-        doubted = self._cells.settle(at, away[:, 0], owner, decides, chosen)
+        doubted = self._cells.settle(at, sides, away[:, 0], owner, decides, chosen)
         chosen[doubted, 4] = np.maximum(chosen[doubted, 4], chosen[doubted, 0] ** 2)
         return owner, decides, chosen
 
