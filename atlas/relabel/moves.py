@@ -134,21 +134,24 @@ def _may_explain(evidence: Evidence, kind: Kind, members) -> bool:
 def join_parts(labels: Labels) -> None:
     """Join parts of one lawful face between which no contour ran and no other face stands, the
     largest first."""
-    order = np.argsort([-len(mine) for mine in labels.all_members()], kind="stable").tolist()
+    members = labels.all_members()
+    order = np.argsort([-len(mine) for mine in members], kind="stable").tolist()
     parts = [label for label in order if labels.pieces[label].kind in SIMPLE_LAWS]
     while parts:
         own = parts.pop(0)
-        other = next((k for k in parts if _join_part(labels, own, k)), None)
+        other = next((k for k in parts if _join_part(labels, own, k, members)), None)
         if other is not None:
             parts.remove(other)
             parts.insert(0, len(labels.pieces) - 1)
+            members = labels.all_members()
 
 
-def _join_part(labels: Labels, a: int, b: int) -> bool:
-    """Whether two labels are parts of one face, which are joined then."""
+def _join_part(labels: Labels, a: int, b: int, members: list[np.ndarray]) -> bool:
+    """Whether two labels, of the ``members`` of each, are parts of one face, which are joined
+    then."""
     if labels.pieces[a].kind is not labels.pieces[b].kind:
         return False
-    first, second, samples = labels.members(a), labels.members(b), labels.evidence.samples
+    first, second, samples = members[a], members[b], labels.evidence.samples
     if not (len(first) and len(second) and _continues(labels, a, second)):
         return False
     # Each part is believed up to a share of the extent.
@@ -164,9 +167,13 @@ def _join_part(labels: Labels, a: int, b: int) -> bool:
 
 def _continues(labels: Labels, label: int, members) -> bool:
     """Whether the piece of a label may go on to samples (m,), as sure as it is there."""
-    evidence = labels.evidence
-    distance, _, variance = evidence.compare(labels.pieces[label], evenly(members, 100))
-    return bool(np.median(distance**2 / (1.0 + variance)) < evidence.sure**2)
+    evidence, piece, some = labels.evidence, labels.pieces[label], evenly(members, 100)
+
+    def goes_on() -> bool:
+        distance, _, variance = evidence.compare(piece, some)
+        return bool(np.median(distance**2 / (1.0 + variance)) < evidence.sure**2)
+
+    return bool(evidence.recall.get(goes_on, "goes on", piece, some))
 
 
 def _stands_between(labels: Labels, a: int, b: int, first: int, second: int) -> bool:
