@@ -21,6 +21,8 @@ _COSINE = 0.4
 _OFF_TANGENT, _OFF_ARC = 0.5, 0.35
 # Noise of a chord's height in standard deviations of a sample.
 _NOISE = 4.0
+# A little more than the rounding of a distance, no unit.
+_ROUNDED = 1.0 + 1e-12
 
 
 class SampleGraph:
@@ -29,6 +31,9 @@ class SampleGraph:
     Parameters
     ----------
     samples : ContourSamples
+    before : SampleGraph, optional
+        That of the first of the samples, see ``is_of_first``: links are sought again only of those
+        samples among whose nearest are new ones. The result is the same without it.
 
     Attributes
     ----------
@@ -42,11 +47,13 @@ class SampleGraph:
         Linked samples of each, and the weights of the links; n stands for none.
     """
 
-    def __init__(self, samples: ContourSamples) -> None:
+    def __init__(self, samples: ContourSamples, before: "SampleGraph | None" = None) -> None:
         self.size, self._samples = len(samples), samples
         self.tree = cKDTree(samples.points)
         along = np.flatnonzero(samples.contours[1:] == samples.contours[:-1])
-        first, second = _links_across(samples, self.tree)
+        # Links from each sample to those of other contours, and how far these were sought, length.
+        self._across, self._sought = self._links_across(before)
+        first, second = self._across
         low = np.concatenate([along, np.minimum(first, second)]).astype(np.int64)
         high = np.concatenate([along + 1, np.maximum(first, second)])
         keys = np.unique(low * self.size + high)
@@ -62,6 +69,19 @@ class SampleGraph:
         known = self._samples
         pairs = [(getattr(known, name), getattr(samples, name)[: self.size]) for name in names]
         return known.std == samples.std and all(np.array_equal(*pair) for pair in pairs)
+
+    def _links_across(self, before: "SampleGraph | None") -> tuple[np.ndarray, np.ndarray]:
+        """(2, m) samples and the nearest sample of each of the nearest other contours, and how far
+        (n,) these were sought, length."""
+        across, sought = np.zeros((2, 0), int), np.full(self.size, -np.inf)
+        if before is not None:
+            old, new = np.split(self._samples.points, [before.size])
+            near = cKDTree(new).query(old)[0] <= _ROUNDED * before._sought
+            across = before._across[:, ~near[before._across[0]]]
+            sought[: before.size] = np.where(near, -np.inf, before._sought)
+        some = np.flatnonzero(sought < 0.0)
+        found, sought[some] = _links_across(self._samples, self.tree, some)
+        return np.concatenate([across, found], axis=1), sought
 
     def mask(self, members) -> np.ndarray:
         """(n + 1,) whether each sample is a member; the last, for no sample, is true."""
@@ -123,27 +143,30 @@ def _cosines(samples: ContourSamples, i, j) -> np.ndarray:
     return np.minimum(within, _dot(samples.outward[i], samples.outward[j]))
 
 
-def _links_across(samples: ContourSamples, tree) -> tuple[np.ndarray, np.ndarray]:
-    """Samples (m,) and the nearest sample of each of the nearest other contours (m,)."""
-    found = _fitting_links(samples, tree, np.arange(len(samples)), _NEAREST)
-    alone = np.ones(len(samples), bool)
+def _links_across(samples: ContourSamples, tree, some) -> tuple[np.ndarray, np.ndarray]:
+    """(2, m) those of ``some`` samples (k,) and the nearest sample of each of the nearest other
+    contours, and how far (k,) they were sought, length."""
+    sought = np.empty(len(samples))
+    found, sought[some] = _fitting_links(samples, tree, some, _NEAREST)
+    alone = np.isin(np.arange(len(samples)), some)
     alone[found[0][samples.touches[found[0]] != samples.touches[found[1]]]] = False
-    far = _fitting_links(samples, tree, np.flatnonzero(alone), _MANY)
+    many = np.flatnonzero(alone)
+    far, sought[many] = _fitting_links(samples, tree, many, _MANY)
     near = ~alone[found[0]]
     first, second, length = (np.append(a[near], b) for a, b in zip(found, far, strict=True))
     own = samples.touches[first] == samples.touches[second]
     parts = [
-        _nearest_links(samples, first[some], second[some], length[some], most)
-        for some, most in ((own, _OWN_TOUCH), (~own, _OTHER_TOUCHES))
+        _nearest_links(samples, first[these], second[these], length[these], most)
+        for these, most in ((own, _OWN_TOUCH), (~own, _OTHER_TOUCHES))
     ]
-    (i, j), (k, m) = parts
-    return np.append(i, k), np.append(j, m)
+    return np.concatenate(parts, axis=1), sought[some]
 
 
 def _fitting_links(samples: ContourSamples, tree, some, count: int):
     """Samples (m,), near ones (m,) of other contours whose chords fit both normals, and their
-    distances (m,), for some samples."""
+    distances (m,), for some samples (k,); and how far (k,) these are sought, length."""
     length, near = tree.query(samples.points[some], k=np.arange(1, min(count, len(samples)) + 1))
+    sought = length[:, -1] if count <= len(samples) else np.full(len(some), np.inf)
     other = samples.contours[near] != samples.contours[some][:, None]
     i, j, length = np.repeat(some, other.sum(axis=1)), near[other], length[other]
     points, normals, outward = (
@@ -157,7 +180,7 @@ def _fitting_links(samples: ContourSamples, tree, some, count: int):
     rise, fall = (sum(x * n[at] for x, n in zip(chord, normals, strict=True)) for at in (i, j))
     fits = np.maximum(np.abs(rise), np.abs(fall)) < _OFF_TANGENT * length + noise
     fits &= np.abs(rise + fall) < _OFF_ARC * length + noise
-    return i[fits], j[fits], length[fits]
+    return (i[fits], j[fits], length[fits]), sought
 
 
 def _dot(a, b) -> np.ndarray:
@@ -167,7 +190,8 @@ def _dot(a, b) -> np.ndarray:
 
 def _nearest_links(samples: ContourSamples, i, j, length, most: int):
     """Of links from samples i, the shortest to each other contour, ``most`` of each sample."""
-    order = np.lexsort((length, i))
+    # Of equally near ones the first, whatever the tree.
+    order = np.lexsort((j, length, i))
     i, j, length = i[order], j[order], length[order]
     # np.unique returns the first of each contour, which is the nearest.
     _, first = np.unique(i * (samples.contours[-1] + 1) + samples.contours[j], return_index=True)

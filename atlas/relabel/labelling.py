@@ -84,9 +84,9 @@ def relabel(samples: ContourSamples, before: Faces) -> Labels:
 
 def _evidence(samples: ContourSamples, before: Faces | None) -> Evidence:
     """Samples with what is known of the first of them by the faces ``before``."""
-    goes_on = before is not None and before.links and before.links.is_of_first(samples)
-    recall = Recall(before.recall if before and goes_on else None)
-    return Evidence(samples, SampleGraph(samples), recall)
+    if before is None or before.links is None or not before.links.is_of_first(samples):
+        return Evidence(samples, SampleGraph(samples))
+    return Evidence(samples, SampleGraph(samples, before.links), Recall(before.recall))
 
 
 def revise_all(labels: Labels) -> None:
