@@ -6,7 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from touchatlas.atlas.pieces.kinds import Kind, hessians, outward_change, value_gradient_terms
+from touchatlas.atlas.pieces.kinds import (
+    Kind,
+    hessians,
+    outward_change,
+    terms_at,
+    value_gradient_terms,
+)
 
 # Least gradient of F over that at the origin: below it the zero set is near a point where it
 # crosses itself, as two faces of a cube do that are one quadric. Doubled, half an ellipsoid is not
@@ -56,6 +62,13 @@ class Piece:
     def _hessian(self) -> np.ndarray:
         return hessians(self.kind, self.coefficients, np.zeros((1, 3)))[0]
 
+    @cached_property
+    def _flat(self) -> tuple[float, np.ndarray]:
+        """Of a plane, the length of the gradient of F and the unit normal (3,), everywhere."""
+        _, gradient, _ = self._terms_at(np.zeros((1, 3)))
+        length = _length_of(gradient)
+        return float(length[0]), ((gradient / length[:, None]) @ self.axes)[0]
+
     def scaled(self, points) -> np.ndarray:
         """(n, 3) local coordinates of points (n, 3), over the scale."""
         return (points - self.origin) @ self._to_local
@@ -98,7 +111,10 @@ class Piece:
     def _along_gradient(self, points) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Signed distance (n,), unit normal (n, 3), length of the gradient (n,) and terms (s, n)
         at points (n, 3)."""
-        value, gradient, terms = self._terms_at(self.scaled(points))
+        scaled = self.scaled(points)
+        if self.kind is Kind.PLANE:
+            return self._over_plane(scaled)
+        value, gradient, terms = self._terms_at(scaled)
         length = _length_of(gradient)
         normals, slope = gradient / length[:, None], length
         if self.kind in _OF_DEGREE_TWO:
@@ -106,6 +122,14 @@ class Piece:
             bent = np.einsum("ij,ij->i", normals @ self._hessian, normals)
             slope = 0.5 * (length + np.sqrt(np.maximum(length**2 - 2.0 * value * bent, 0.0)))
         return value * self.scale / slope, normals @ self.axes, length, terms
+
+    def _over_plane(self, scaled) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The same of a plane, whose gradient is the same everywhere, at scaled local points."""
+        terms, (steep, normal) = terms_at(self.kind, scaled), self._flat
+        distance = (scaled[:, 2] - self.coefficients @ terms) * self.scale / steep
+        normals = np.empty((len(scaled), 3))
+        normals[:] = normal
+        return distance, normals, np.full(len(scaled), steep), terms
 
     def shape_operators(self, points) -> np.ndarray:
         """(n, 3, 3) P H P / |grad F|, 1/length, world, P the projection on the tangent plane: the
