@@ -11,13 +11,13 @@ from touchatlas.atlas.labels.samples import ContourSamples
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
 from touchatlas.atlas.labels.tried import Tried
 from touchatlas.atlas.pieces.kinds import Kind
+from touchatlas.atlas.relabel.join_parts import join_parts
 from touchatlas.atlas.relabel.moves import (
     drop,
     find_roundings,
     give_to_roundings,
     grow,
     join,
-    join_parts,
     refit,
     split,
 )

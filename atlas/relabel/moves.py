@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from touchatlas.atlas.edges.blunt_edges import blunt_edges, needless_labels, rounding_nats
 from touchatlas.atlas.edges.rounded_pair import PiecesAt
@@ -16,7 +15,7 @@ from touchatlas.atlas.labels.grow import Evidence, Growth, growths, planes_from
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs
 from touchatlas.atlas.labels.tried import Tried, is_larger
-from touchatlas.atlas.pieces.kinds import CLOSED_FORMS, LABEL_KINDS, SIMPLE_LAWS, Kind
+from touchatlas.atlas.pieces.kinds import CLOSED_FORMS, LABEL_KINDS, Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.patch.geometry.arrays import evenly
 
@@ -104,11 +103,11 @@ def join(labels: Labels) -> int:
         # A part of a torus that is large enough to show it is no piece of a simpler kind.
         bent = min(labels.pieces[label].kind for label in (a, b)) >= Kind.TORUS
         kinds = LABEL_KINDS if bent else [kind for kind in LABEL_KINDS if kind is not Kind.TORUS]
-        joined += _join(labels, first, second, kinds)
+        joined += join_as_one(labels, first, second, kinds)
     return joined
 
 
-def _join(labels: Labels, first, second, kinds: Iterable[Kind]) -> bool:
+def join_as_one(labels: Labels, first, second, kinds: Iterable[Kind]) -> bool:
     """Whether one piece explains the samples of two labels, (m,) and (k,), which is kept."""
     evidence, both = labels.evidence, np.sort(np.concatenate([first, second]))
     # A plane, sphere, cylinder or cone is a quadric: where none of the most general kinds explains
@@ -129,77 +128,6 @@ def _may_explain(evidence: Evidence, kind: Kind, members) -> bool:
         return True
     piece = evidence.fit(kind, core)
     return piece is not None and evidence.is_good(evidence.nats(piece, members))
-
-
-def join_parts(labels: Labels) -> None:
-    """Join parts of one lawful face between which no contour ran and no other face stands, the
-    largest first."""
-    members = labels.all_members()
-    order = np.argsort([-len(mine) for mine in members], kind="stable").tolist()
-    parts = [label for label in order if labels.pieces[label].kind in SIMPLE_LAWS]
-    while parts:
-        own = parts.pop(0)
-        other = next((k for k in parts if _join_part(labels, own, k, members)), None)
-        if other is not None:
-            parts.remove(other)
-            parts.insert(0, len(labels.pieces) - 1)
-            members = labels.all_members()
-
-
-def _join_part(labels: Labels, a: int, b: int, members: list[np.ndarray]) -> bool:
-    """Whether two labels, of the ``members`` of each, are parts of one face, which are joined
-    then."""
-    if labels.pieces[a].kind is not labels.pieces[b].kind:
-        return False
-    first, second, samples = members[a], members[b], labels.evidence.samples
-    if not (len(first) and len(second) and _continues(labels, a, second)):
-        return False
-    # Each part is believed up to a share of the extent.
-    reach = 2.0 * samples.levels.believed * samples.extent
-    tree = cKDTree(samples.points[first])
-    away, near = tree.query(samples.points[second], distance_upper_bound=reach)
-    at = int(away.argmin())
-    if away[at] >= reach or _stands_between(labels, a, b, first[near[at]], second[at]):
-        return False
-    kinds = [kind for kind in SIMPLE_LAWS if kind <= labels.pieces[a].kind]
-    return _join(labels, first, second, kinds)
-
-
-def _continues(labels: Labels, label: int, members) -> bool:
-    """Whether the piece of a label may go on to samples (m,), as sure as it is there."""
-    evidence, piece, some = labels.evidence, labels.pieces[label], evenly(members, 100)
-
-    def goes_on() -> bool:
-        distance, _, variance = evidence.compare(piece, some)
-        return bool(np.median(distance**2 / (1.0 + variance)) < evidence.sure**2)
-
-    return bool(evidence.recall.get(goes_on, "goes on", piece, some))
-
-
-def _stands_between(labels: Labels, a: int, b: int, first: int, second: int) -> bool:
-    """Whether a sample between two others, no farther from the way than they are from each other,
-    is of another face that crosses the way or faces as the first does, and lies off it."""
-    samples, facing = labels.evidence.samples, labels.evidence.facing
-    noise = labels.evidence.sure * samples.std
-    way, offset = (
-        samples.points[second] - samples.points[first],
-        samples.points - samples.points[first],
-    )
-    length = float(np.sqrt(way @ way)) + float(np.finfo(float).tiny)
-    along = offset @ way / length
-    beside = (offset * offset).sum(axis=1) - along**2
-    inside = (along > -noise) & (along < length + noise) & (beside < length**2)
-    inside &= ~np.isin(labels.of, [NONE, a, b])
-    own = labels.pieces[a]
-    outward = own.at(samples.points[[first]])[1][0]
-    for label in np.unique(labels.of[inside]).tolist():
-        at = samples.points[inside & (labels.of == label)]
-        if (np.abs(own.at(at)[0]) < noise).all():
-            continue
-        normals = labels.pieces[label].at(at)[1]
-        if ((np.abs(normals @ way) > facing * length) | (normals @ outward > facing)).any():
-            return True
-    return False
 
 
 def split(labels: Labels) -> int:
