@@ -6,6 +6,7 @@ last one is negative where the outside of the body lies within.
 """
 
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -91,15 +92,21 @@ def _refined(kind: Kind, start, points, noise, evaluations: int) -> tuple[float,
         new[3:6] /= np.sqrt(new[3:6] @ new[3:6])
         return new
 
+    # The last one is asked for distances, then for slopes.
+    @lru_cache(maxsize=1)
+    def after(change: bytes):
+        new = moved(np.frombuffer(change))
+        return new, *value_gradient_terms(kind, new, points)
+
     def slopes(change) -> np.ndarray:
-        new = moved(change)
-        rows = value_gradient_terms(kind, new, points)[2]
+        new, _, _, terms = after(change.tobytes())
+        rows = terms.copy()
         # That by the axis holds across it, as the axis is made a unit vector.
         rows[3:6] -= np.outer(new[3:6], new[3:6] @ rows[3:6])
         return (rows.T @ basis) / noise[:, None]
 
     found = least_squares(
-        lambda change: value_gradient_terms(kind, moved(change), points)[0] / noise,
+        lambda change: after(change.tobytes())[1] / noise,
         np.zeros(basis.shape[1]),
         slopes,
         method="lm",
