@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import leastsq
 
 from touchatlas.atlas.pieces.kinds import Kind, value_gradient_terms
 from touchatlas.atlas.pieces.linear_fit import frame_of, linear_fit
@@ -105,14 +105,18 @@ def _refined(kind: Kind, start, points, noise, evaluations: int) -> tuple[float,
         rows[3:6] -= np.outer(new[3:6], new[3:6] @ rows[3:6])
         return (rows.T @ basis) / noise[:, None]
 
-    found = least_squares(
+    # The steps are those of ``least_squares``, which takes a third longer.
+    found, _, more, _, _ = leastsq(
         lambda change: after(change.tobytes())[1] / noise,
         np.zeros(basis.shape[1]),
-        slopes,
-        method="lm",
-        max_nfev=evaluations,
+        Dfun=slopes,
+        full_output=True,
+        ftol=1e-8,
+        xtol=1e-8,
+        gtol=1e-8,
+        maxfev=evaluations,
     )
-    return float(found.cost), moved(found.x)
+    return 0.5 * float(more["fvec"] @ more["fvec"]), moved(found)
 
 
 def _revolution_axes(points, normals) -> Iterator[tuple[np.ndarray, np.ndarray]]:
