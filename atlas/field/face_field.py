@@ -19,6 +19,9 @@ from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.patch.geometry.arrays import box_diagonal, frozen_array
 
+# Points of which the field is asked at once.
+_AT_ONCE = 1 << 14
+
 
 @dataclass(frozen=True, eq=False)
 class FaceValues:
@@ -137,7 +140,7 @@ class FaceField:
         if not self.is_one_face:
             found = self.at(points)
             return found.distance, found.normal
-        one = self.trees.of(0).level(points)
+        one = np.concatenate([self.trees.of(0).level(some) for some in _blocks(points)])
         if self.air is None:
             return one[:, 0], one[:, 1:]
         moved = self.air.moved(points, one[:, 0], one[:, 1:], np.zeros(len(one)))
@@ -145,6 +148,11 @@ class FaceField:
 
     def _of_faces(self, points) -> FaceValues:
         """The same of the faces alone."""
+        parts = [vars(self._of_block(some)).values() for some in _blocks(points)]
+        return FaceValues(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    def _of_block(self, points) -> FaceValues:
+        """The same of points that come at once."""
         if self.is_one_face:
             one, face = self.trees.of(0).values(points), np.zeros(len(points), int)
             return FaceValues(one[:, 0], one[:, 1:4], np.sqrt(one[:, 4]), face)
@@ -216,6 +224,12 @@ def face_values(faces: Faces, points) -> FaceValues:
     if not isinstance(faces, Faces):
         raise ValueError(f"got {type(faces).__name__}; give the Faces that Atlas.faces() returns")
     return FaceField(faces).at(frozen_array(points, (None, 3), "points"))
+
+
+def _blocks(points) -> list[np.ndarray]:
+    """Points (n, 3) in blocks, for the memory that all sextics and faces about them take."""
+    starts = range(0, max(len(points), 1), _AT_ONCE)
+    return [points[start : start + _AT_ONCE] for start in starts]
 
 
 def _values_near(at: FacesAt, of) -> np.ndarray:
