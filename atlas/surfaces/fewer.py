@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.pieces.kinds import SEXTIC_BASIS, Kind, prior_precision
 from touchatlas.atlas.records.options import Levels
-from touchatlas.atlas.surfaces.free_form import WEIGHS, FreeFormSurface
+from touchatlas.atlas.surfaces.free_form import FreeFormSurface
+from touchatlas.atlas.surfaces.placed_sextics import WEIGHS
 from touchatlas.atlas.surfaces.sextic_sites import FACING, SexticSites, pairs_within, sites_of
 from touchatlas.atlas.surfaces.sextics import Sextics, joined
 from touchatlas.patch.geometry.polynomial import monomials

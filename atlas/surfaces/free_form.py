@@ -7,13 +7,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.surfaces.kriging import ResidualKriging, krige, neighbours
+from touchatlas.atlas.surfaces.placed_sextics import PlacedSextics
 from touchatlas.atlas.surfaces.sextic_mean import Evaluated, Mean, Sides
-from touchatlas.atlas.surfaces.sextic_sites import FACING, pairs_within
+from touchatlas.atlas.surfaces.sextic_sites import FACING
 from touchatlas.atlas.surfaces.sextics import Sextics, joined
 from touchatlas.atlas.surfaces.sharp_turns import SharpTurns
 
-# Distance from its middle at which a sextic no longer weighs, in radii.
-WEIGHS = 0.9
 # Largest cosine of the normals of two sheets: opposite sides of a wall or of a slot.
 _OPPOSITE = -0.3
 # Samples nearest to a point that tell its sides.
@@ -89,14 +88,14 @@ class FreeFormSurface:
         the other side of a sharp edge."""
         sides = self._sides(points)
         if len(self.pairs):
-            return self._mean_of(self._evaluated(points), sides, points)
-        mean = self._mean_of(self._evaluated(points, sides), sides, points)
+            return self._mean_of(self._placed.evaluated(points), sides, points)
+        mean = self._mean_of(self._placed.evaluated(points, sides), sides, points)
         # A sextic that faces away weighs nothing, unless all that face a side are folded there.
         lost = np.flatnonzero(~mean.faces)
         if not len(lost):
             return mean
         points = points[lost]
-        every = self._mean_of(self._evaluated(points), self._sides(points), points)
+        every = self._mean_of(self._placed.evaluated(points), self._sides(points), points)
         return mean.replaced(lost, every, slice(None))
 
     def at(self, points) -> np.ndarray:
@@ -115,26 +114,21 @@ class FreeFormSurface:
 
     @cached_property
     def _of_samples(self) -> Evaluated:
-        reached = self._reached_samples
-        count = np.bincount(reached.which, minlength=len(self.points))
-        alone = np.flatnonzero(count == 0)
-        return reached.joined(self._nearest(alone, self.points)) if len(alone) else reached
+        return self._placed.with_nearest(self._reached_samples, self.points)
 
     @cached_property
     def _reached_samples(self) -> Evaluated:
-        return self._told(*self._within(self._samples), self.points)
+        return self._placed.told(*self._placed.within(self._samples), self.points)
 
     def with_finer(self, sextics: Sextics) -> "FreeFormSurface":
         """The same surface with smaller sextics as well. What the larger ones say of the samples is
         not asked again."""
         if not len(sextics):
             return self
-        finer = replace(self, sextics=sextics)
-        which, number, weight = finer._within(self._samples)
-        weight *= (self.radius / finer.radius) ** 3
         found = self._with(sextics=joined([self.sextics, sextics]))
-        new = found._told(which, number + len(self.sextics), weight, self.points)
-        found.__dict__["_reached_samples"] = self._reached_samples.joined(new)
+        which, number, weight = PlacedSextics(sextics, self.radius).within(self._samples)
+        new = found._placed.told(which, number + len(self.sextics), weight, self.points)
+        vars(found)["_reached_samples"] = self._reached_samples.joined(new)
         return found
 
     def with_own_sides(self, stds) -> "FreeFormSurface":
@@ -144,7 +138,7 @@ class FreeFormSurface:
         stray, sides = self._strays(stds)
         normals[stray] = sides
         found = self._with(normals=normals, stds=stds)
-        found.__dict__["_of_samples"] = self._of_samples
+        vars(found)["_of_samples"] = self._of_samples
         return found
 
     def _with(self, **changes) -> "FreeFormSurface":
@@ -196,7 +190,7 @@ class FreeFormSurface:
 
     def reaching(self, points) -> np.ndarray:
         """(m,) the sextics that reach some of points (n, 3) and face as samples do there."""
-        evaluated = self._evaluated(points)
+        evaluated = self._placed.evaluated(points)
         side = self.sides(points)[evaluated.which]
         faces = np.einsum("ij,ij->i", evaluated.upward, side) > FACING
         return np.unique(evaluated.number[faces])
@@ -261,54 +255,6 @@ class FreeFormSurface:
         mean = mean.replaced(rows[own.faces], own, own.faces)
         return mean.replaced(rows[cuts], other, cuts)
 
-    def _evaluated(self, points, sides: Sides | None = None) -> Evaluated:
-        """What the sextics say that reach points (n, 3), or the nearest one. Where sides are given,
-        of each point those alone that face as one of its sides does, or all where none does."""
-        which, number, weight = self._within(cKDTree(points))
-        if sides is not None:
-            faced = sides.faced(which, self.sextics.axes[:, 2].take(number, axis=0))
-            faced |= (np.bincount(which[faced], minlength=len(points)) == 0)[which]
-            which, number, weight = (x.compress(faced) for x in (which, number, weight))
-        reached = self._told(which, number, weight, points)
-        alone = np.flatnonzero(np.bincount(which, minlength=len(points)) == 0)
-        return reached.joined(self._nearest(alone, points)) if len(alone) else reached
-
-    def _nearest(self, rows, points) -> Evaluated:
-        """What the sextic nearest to each of some points ``rows`` (k,) says of it."""
-        number = self._middles.query(points[rows])[1]
-        return self._told(rows, number, np.ones(len(rows)), points)
-
-    def _told(self, which, number, weight, points) -> Evaluated:
-        """What sextics ``number`` (m,) say of points ``which`` (m,)."""
-        found, stretch = self.sextics.values(number, points.take(which, axis=0))
-        upward = self.sextics.axes[:, 2].take(number, axis=0)
-        return Evaluated(which, number, weight, upward, found, stretch)
-
-    def _within(self, points: cKDTree) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The sextics that reach points, the largest first: indices of points (m,), their numbers
-        (m,) and weights (m,). The integral of the weight over space is the same for each radius,
-        so that smaller ones lead where they are."""
-        parts = []
-        for own, tree in self._levels:
-            radius = self.sextics.radii[own[0]]
-            which, number, away = pairs_within(points, tree, WEIGHS * radius)
-            weight = np.maximum(1.0 - (away / (WEIGHS * radius)) ** 2, 0.0)
-            real = weight > 0.0
-            scale = (self.radius / radius) ** 3
-            parts.append((which[real], own.take(number[real]), scale * weight[real] ** 3))
-        which, number, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
-        if len(parts) > 1:
-            order = np.argsort(which, kind="stable")
-            which, number, weight = (column.take(order) for column in (which, number, weight))
-        return which, number, weight
-
-    @cached_property
-    def _levels(self) -> list[tuple[np.ndarray, cKDTree]]:
-        """The sextics (p,) of each radius, the largest first, and a tree of their middles."""
-        radii = self.sextics.radii
-        owns = [np.flatnonzero(radii == one) for one in np.unique(radii)[::-1]]
-        return [(own, cKDTree(self.sextics.origins[own])) for own in owns]
-
     def _sides(self, points) -> Sides:
         """Normals (n, 3) of the samples nearest to points (n, 3), and of the nearest of some that
         face the other way; and the points (m,) that have such samples no more than four times as
@@ -326,8 +272,8 @@ class FreeFormSurface:
         return SharpTurns(self.pairs, self.points, self.normals)
 
     @cached_property
-    def _middles(self) -> cKDTree:
-        return cKDTree(self.sextics.origins)
+    def _placed(self) -> PlacedSextics:
+        return PlacedSextics(self.sextics)
 
     @cached_property
     def _samples(self) -> cKDTree:
