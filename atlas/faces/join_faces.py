@@ -1,6 +1,8 @@
 """Join faces: pieces are joined where nothing but the reach of one polynomial lies between them."""
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from touchatlas.atlas.edges.blunt_edges import BluntEdge
 from touchatlas.atlas.edges.boundary import Boundary, EdgeKind
@@ -10,7 +12,7 @@ from touchatlas.atlas.faces.polylines import polylines
 from touchatlas.atlas.labels.labels import NONE, Labels
 from touchatlas.atlas.pieces.laws import law_of
 from touchatlas.atlas.records.options import Levels
-from touchatlas.patch.geometry.arrays import frozen_array, linked, nearest_to_mean
+from touchatlas.patch.geometry.arrays import frozen_array, nearest_to_mean
 
 
 def join_faces(labels: Labels, boundaries: list[Boundary]) -> Faces:
@@ -134,3 +136,15 @@ def _radius(blunt: list[BluntEdge], least: float, sure: float) -> tuple[float, f
     if least and abs(mean - least) <= sure * deviation:
         return least, 0.0
     return float(mean), deviation
+
+
+def linked(count: int, pairs) -> np.ndarray:
+    """(count,) numbers of the groups of so many things of which pairs belong together; the group
+    of the first thing is 0, the next one 1.
+
+    >>> linked(5, [(3, 1), (4, 3)]).tolist()
+    [0, 1, 2, 1, 1]
+    """
+    first, second = np.reshape(pairs, (-1, 2)).astype(int).T
+    graph = coo_array((np.ones(len(first)), (first, second)), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])

@@ -9,13 +9,14 @@ from scipy.spatial import cKDTree
 
 from touchatlas.atlas.edges.boundary import EdgeKind
 from touchatlas.atlas.faces.faces import Face, FaceEdge, Faces
+from touchatlas.atlas.faces.join_faces import linked
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.pieces.kinds import Kind
 from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.surfaces.fit_free_form import are_on, fit_free_form
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.sextic_mean import Mean
-from touchatlas.patch.geometry.arrays import box_diagonal, linked
+from touchatlas.patch.geometry.arrays import box_diagonal
 
 
 class FaceTrees:

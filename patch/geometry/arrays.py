@@ -145,20 +145,6 @@ def first_largest(values, begin) -> np.ndarray:
     return best[np.searchsorted(best, begin)]
 
 
-def linked(count: int, pairs) -> np.ndarray:
-    """(count,) numbers of the groups of so many things of which pairs belong together; the group
-    of the first thing is 0, the next one 1.
-
-    >>> linked(5, [(3, 1), (4, 3)]).tolist()
-    [0, 1, 2, 1, 1]
-    """
-    least = np.arange(count)
-    for one, other in pairs:
-        low, high = sorted((least[one], least[other]))
-        least[least == high] = low
-    return np.unique(least, return_inverse=True)[1]
-
-
 def length_of_way(points) -> float:
     """Of straight lines through points (n, 3).
 
