@@ -7,6 +7,13 @@ import numpy as np
 from touchatlas.patch.geometry.arrays import real
 
 
+def check_type(name: str, value, needed: type) -> None:
+    """ValueError for an argument that is of another type than it is needed to be."""
+    if not isinstance(value, needed):
+        got, article = type(value).__name__, "an" if needed.__name__[0] in "AEIO" else "a"
+        raise ValueError(f"{name} is of type {got}; give {article} {needed.__name__}")
+
+
 def names_of(record) -> tuple[str, ...]:
     """Names of the fields of a record."""
     return tuple(field.name for field in fields(record))

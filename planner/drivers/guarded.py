@@ -2,11 +2,11 @@
 contact."""
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from touchatlas.patch.checks import check_above
+from touchatlas.patch.checks import check_above, check_type
 from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.planner.tracking.options import Tip, scaled
 
@@ -19,6 +19,7 @@ class OutOfReach(MachineFault):
     """A place beyond the limits of the machine; nothing has moved."""
 
 
+@runtime_checkable
 class Controller(Protocol):
     """What is asked of a controller with a touch probe. All places are in one frame and unit."""
 
@@ -115,6 +116,12 @@ class GuardedTrigger:
     def __init__(
         self, controller: Controller, options: GuardOptions = GuardOptions(), box=None
     ) -> None:
+        if not isinstance(controller, Controller):
+            raise ValueError(
+                f"controller is {type(controller).__name__}; give a Controller, such as "
+                'Grbl.connect("tcp://ADDRESS:PORT") or LinuxCnc()'
+            )
+        check_type("options", options, GuardOptions)
         self._controller, self.options = controller, options
         bounds = np.array(controller.bounds, float)
         if box is not None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchatlas.atlas.records.touch import Touch, TouchStatus
-from touchatlas.patch.checks import check_above, names_of
+from touchatlas.patch.checks import check_above, check_type, names_of
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.contour import ContourEnd, SamplingPlane
 from touchatlas.planner.drivers.recording import Recording
@@ -77,9 +77,12 @@ def touches_of(
     Raises
     ------
     ValueError
-        In one sentence: the tip was never in contact for a window of time, or in contact on a path
-        that is in no plane.
+        In one sentence: an argument is of another type, or the tip was never in contact for a
+        window of time, or in contact on a path that is in no plane.
     """
+    check_type("recording", recording, Recording)
+    check_type("tip", tip, Tip)
+    check_type("options", options, ReplayOptions)
     size = np.sqrt((recording.forces**2).sum(axis=1))
     parts = times_in_contact(recording.times, size > options.least, options.window)
     tracks = [track for part in parts if (track := _track(recording, part, tip, options))]

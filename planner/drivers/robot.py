@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from touchatlas.atlas.records.touch import Touch, TouchStatus
+from touchatlas.patch.checks import check_type
 from touchatlas.planner.drivers.guarded import GuardedTrigger, late
 from touchatlas.planner.probe_plan import ProbePlan
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
@@ -27,7 +28,15 @@ def robot_of(
     tip : Tip
         As ``read_tip`` has it of a probe.toml.
     options : TriggerOptions
+
+    Raises
+    ------
+    ValueError
+        Without a GuardedTrigger, Tip or TriggerOptions.
     """
+    check_type("trigger", trigger, GuardedTrigger)
+    check_type("tip", tip, Tip)
+    check_type("options", options, TriggerOptions)
     own = late(tip, trigger.options.feed, trigger.period)
 
     def robot(plan: ProbePlan) -> Touch:

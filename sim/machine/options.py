@@ -169,18 +169,13 @@ class Switch:
 
 
 def cost_of(options: ProbeOptions, millimetre: float) -> CostModel:
-    """What the machine of a probe takes for a touch; a model without speeds of the ideal one."""
-    if options.name == IDEAL:
+    """What the machine of a scanning probe takes for a touch. A model without speeds of the ideal
+    probe, and of a trigger, whose touches take nearly as long everywhere."""
+    if options.name != SCANNING:
         return CostModel()
-    if options.name == SCANNING:
-        how = TrackingOptions().in_unit(millimetre)
-        # Six arms, each of which leaves the surface, comes again and settles.
-        arm = how.settle + how.retract / how.approach + Beam.pause
-        return CostModel(
-            Beam.rapid * millimetre, how.approach, options.feed or how.feed, touch=6.0 * arm
-        )
-    switch = Switch().in_unit(millimetre)
-    feed = options.feed or switch.feed
-    # Two moves and a measurement, from a height of 2 mm.
-    point = 3.0 * switch.pause + 2.0 * millimetre / feed
-    return CostModel(switch.rapid, feed, point=point, points=options.points)
+    how = TrackingOptions().in_unit(millimetre)
+    # Six arms, each of which leaves the surface, comes again and settles.
+    arm = how.settle + how.retract / how.approach + Beam.pause
+    return CostModel(
+        Beam.rapid * millimetre, how.approach, options.feed or how.feed, touch=6.0 * arm
+    )

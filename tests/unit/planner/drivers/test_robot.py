@@ -11,6 +11,7 @@ from touchatlas.patch import SamplingPlane
 from touchatlas.planner import Planner, ProbePlan, Reason
 from touchatlas.planner.drivers.grbl import Grbl
 from touchatlas.planner.drivers.guarded import GuardedTrigger, GuardOptions
+from touchatlas.planner.drivers.replay import touches_of
 from touchatlas.planner.drivers.robot import robot_of
 from touchatlas.planner.tracking.options import Tip, TriggerOptions
 
@@ -96,3 +97,21 @@ def test_an_arm_ends_at_the_limits(machine):
     x = touch.contours[0].points[:, 0]
     assert x.max() < 10.0 and x.min() < -10.0
     assert firmware.crashes == 0
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: GuardedTrigger(None), "controller is NoneType; give a Controller"),
+        (lambda: robot_of(None), "trigger is of type NoneType; give a GuardedTrigger"),
+        (lambda: touches_of("bag", TIP), "recording is of type str; give a Recording"),
+    ],
+)
+def test_what_is_no_machine_and_no_recording_is_named(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()
+
+
+def test_a_tip_that_is_none_is_named(machine):
+    with pytest.raises(ValueError, match="tip is of type float; give a Tip"):
+        robot_of(machine[1], 1.0)
