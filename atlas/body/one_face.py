@@ -6,6 +6,7 @@ from scipy.special import chdtrc
 from touchatlas.atlas.faces.faces import Face, Faces
 from touchatlas.atlas.labels.labels import NONE
 from touchatlas.atlas.labels.samples import ContourSamples
+from touchatlas.atlas.labels.tried import passed
 from touchatlas.atlas.pieces.fit_piece import fit_piece
 from touchatlas.atlas.pieces.kinds import SIMPLE_LAWS, Kind
 from touchatlas.atlas.pieces.laws import law_of
@@ -33,6 +34,7 @@ def face_of_all(samples: ContourSamples) -> Faces:
         levels=samples.levels,
         turns=turns,
         is_sharp=share_of_contours(samples, turns) >= MANY,
+        tried=passed(np.flatnonzero(np.diff(samples.touches, append=-1)) + 1),
     )
 
 

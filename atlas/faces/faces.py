@@ -139,6 +139,9 @@ class Faces:
         over a sharp edge.
     is_sharp : bool
         Whether so many contours do that the face has sharp edges there.
+    tried : int
+        Where all is one free-form face: number of the first samples with which radii of its sextics
+        are tried.
     """
 
     faces: tuple[Face, ...]
@@ -156,6 +159,7 @@ class Faces:
     levels: Levels = Levels()
     turns: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), int))
     is_sharp: bool = False
+    tried: int = 0
 
     def __len__(self) -> int:
         return len(self.faces)

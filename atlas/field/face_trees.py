@@ -220,7 +220,7 @@ class FaceTrees:
         own = np.concatenate([faces.faces[k].samples for k in group])
         points, normals, stds = faces.points[own], faces.normals[own], faces.stds[own]
         how = faces.std, self.radius, self._before, faces.levels
-        found = fit_free_form(points, normals, *how, stds)
+        found = fit_free_form(points, normals, *how, stds, faces.tried or None)
         if len(faces) == 1:
             return replace(found, pairs=faces.turns) if faces.is_sharp else found
         left = np.setdiff1d(np.flatnonzero(faces.of == NONE), faces.rounded)

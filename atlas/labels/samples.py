@@ -141,10 +141,11 @@ def contour_samples(
     loose = np.flatnonzero(~planes.any(axis=1))
     steps[loose] = _spacings(points[loose])
     columns = points, planes, contours, stds
-    first = 0 if before is None or not _begin_with(before, *columns) else len(before)
-    normals = plane_normals(*(column[first:] for column in columns))
-    if first:
-        normals = np.concatenate([before.normals, normals])
+    first = None if before is None or not _begin_with(before, *columns) else before
+    count = 0 if first is None else len(first)
+    normals = plane_normals(*(column[count:] for column in columns))
+    if first is not None:
+        normals = np.concatenate([first.normals, normals])
     normals[loose] = outward[loose]
     side = np.where((normals * outward).sum(axis=1) < 0.0, -1.0, 1.0)
     # The probe stays on one side, so one sign holds for a whole contour.
@@ -158,7 +159,7 @@ def contour_samples(
         normals[sure] = within[sure] / length[sure, None]
     touches = group_contours(points, contours, steps)
     own = contours, touches, steps, float(std), stds, levels, tip
-    known = vars(before).get("hinges", before.known_hinges) if first else []
+    known = [] if first is None else vars(first).get("hinges", first.known_hinges)
     return ContourSamples(points, normals, outward, planes, *own, known)
 
 

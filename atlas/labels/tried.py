@@ -20,14 +20,15 @@ def is_larger(count: int, before: int) -> bool:
     return int(steps[0]) > int(steps[1])
 
 
-def passed(count: int) -> int:
-    """The last power of that growth that a number of samples has passed.
+def passed(ends) -> int:
+    """The number of samples, of those at the ends (k,) of touches, ascending, that was the first to
+    pass the last power of that growth which the last of them has passed.
 
-    >>> [passed(count) for count in (1, 2, 300, 350, 400)]
-    [1, 2, 265, 331, 331]
+    >>> passed([250, 300, 350, 400]), passed([250, 300, 350]), passed([100])
+    (350, 350, 100)
     """
-    power = int(np.log(max(count, 1)) / np.log(_GROWS))
-    return int(np.ceil(_GROWS**power))
+    power = _GROWS ** np.floor(np.log(max(ends[-1], 1)) / np.log(_GROWS))
+    return int(ends[np.searchsorted(ends, power)])
 
 
 @dataclass(frozen=True, eq=False)

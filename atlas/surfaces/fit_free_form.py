@@ -5,7 +5,6 @@ import hashlib
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchatlas.atlas.labels.tried import passed
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.surfaces.free_form import FreeFormSurface
 from touchatlas.atlas.surfaces.kriging import beyond_noise, left_out, neighbours
@@ -34,10 +33,11 @@ def fit_free_form(
     before: FreeFormSurface | None = None,
     levels: Levels = Levels(),
     stds=None,
+    tried: int | None = None,
 ) -> FreeFormSurface:
     """The surface of a face from its samples: sextics of the largest radius with which they follow
-    the samples, or of the least radius with which these are enough. Whether a radius follows is
-    tried with the first n samples, with n on a geometric grid, so that it is seldom tried again.
+    the samples, or of the least radius with which these are enough. Where radii are tried with
+    the first samples, what was found for a surface of these holds.
 
     Parameters
     ----------
@@ -54,6 +54,8 @@ def fit_free_form(
     levels : Levels
     stds : (n,) float, length, optional
         Of each sample; all are alike without.
+    tried : int, optional
+        Number of the first samples with which radii are tried; all without.
     """
     radius = max(radius, std) or 1.0
     # Below it rounding shows.
@@ -62,7 +64,9 @@ def fit_free_form(
     radius = std * _RUNG ** np.round(np.log(radius / std) / np.log(_RUNG))
     tree, known = cKDTree(points), {} if before is None else before.kept
     kept: dict = {}
-    sites = _largest_sites(tree, normals, stds, radius, levels.facing, known, kept)
+    first = slice(tree.n if tried is None else tried)
+    trial = points[first], normals[first], stds[first], levels.facing
+    sites = _largest_sites(tree, normals, radius, trial, known, kept)
     found: FreeFormSurface | None = None
     while True:
         equations = equations_of(sites, points, stds, known, kept)
@@ -84,29 +88,27 @@ def fit_free_form(
 
 
 def _largest_sites(
-    tree: cKDTree, normals, stds, radius: float, facing: float, known: dict, kept: dict
+    tree: cKDTree, normals, radius: float, trial, known: dict, kept: dict
 ) -> SexticSites:
     """Sextics of the largest radius, length, from ``radius`` down in steps, with which they follow
-    the first samples; or of the first one below which samples are too few. What is tried is
+    samples on ``trial``; or of the first one below which samples are too few. What is found is
     ``kept``, and taken from what is ``known``."""
-    first = passed(tree.n)
-    trial = tree.data[:first], normals[:first], stds[:first], facing
     while True:
-        middles = middles_of(tree, normals, radius, facing)
+        middles = middles_of(tree, normals, radius, trial[-1])
         counts = tree.query_ball_point(tree.data[middles], radius / _RUNG, return_length=True)
         key = _key(*trial, radius)
         if np.median(counts) >= _LEAST:
-            kept[key] = known[key] if key in known else _follow(*trial, radius)
+            kept[key] = known[key] if key in known else _follow(*trial, radius, known, kept)
         if kept.get(key, True):
             return sites_of(tree, normals, middles, radius)
         radius /= _RUNG
 
 
-def _follow(points, normals, stds, facing: float, radius: float) -> bool:
+def _follow(points, normals, stds, facing: float, radius: float, known: dict, kept: dict) -> bool:
     """Whether sextics of a radius, length, follow samples in the median."""
     tree = cKDTree(points)
     sites = sites_of(tree, normals, middles_of(tree, normals, radius, facing), radius)
-    fitted = with_factors(equations_of(sites, points, stds, {}, {}))
+    fitted = with_factors(equations_of(sites, points, stds, known, kept))
     surface = FreeFormSurface(_sextics(sites, points, fitted), points, normals)
     some = neighbours(tree, evenly(np.arange(tree.n), 40))
     values = surface.at(points[some.ravel()]).reshape(*some.shape, 4)

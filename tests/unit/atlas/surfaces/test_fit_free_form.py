@@ -170,22 +170,22 @@ def rippled(count: int) -> tuple[np.ndarray, np.ndarray]:
     return points, normals / np.linalg.norm(normals, axis=1)[:, None]
 
 
-def test_a_radius_is_tried_again_where_samples_have_grown_by_a_quarter():
-    """Powers of 1.25 are at 1,973 and 2,466: up to the second the first 1,973 samples tell whether
-    a radius follows, with a surface before or alone."""
+def test_a_radius_is_tried_again_where_other_samples_try_it():
+    """With a surface before or alone; those that came since count where they are told to."""
     points, normals = rippled(2470)
 
-    def tried(count, before=None):
-        found = fit_free_form(points[:count], normals[:count], NOISE, RADIUS, before)
+    def tried(count, first, before=None):
+        columns = points[:count], normals[:count], NOISE, RADIUS, before
+        found = fit_free_form(*columns, tried=first)
         return found, {key for key, kept in found.kept.items() if isinstance(kept, bool)}
 
-    before, first = tried(2000)
-    after, second = tried(2460, before)
-    later, third = tried(2470, after)
+    before, first = tried(2000, 2000)
+    after, second = tried(2460, 2000, before)
+    later, third = tried(2470, 2470, after)
     assert first and before.radius < RADIUS
     assert first == second and not first & third
-    for count, found in ((2460, after), (2470, later)):
-        alone = tried(count)[0]
+    for count, own, found in ((2460, 2000, after), (2470, 2470, later)):
+        alone = tried(count, own)[0]
         assert found.values(points).tobytes() == alone.values(points).tobytes()
 
 
