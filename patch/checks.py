@@ -31,9 +31,10 @@ def check_above(record, positive: tuple[str, ...] = (), names: tuple[str, ...] =
             raise ValueError(f"{name} is {value!r}; it must be a finite number, {need}")
 
 
-def check_whole(record, name: str, least: int, most: int) -> None:
-    """ValueError for a field that is no whole number from the least to the most."""
+def check_whole(record, name: str, least: int, most: float) -> None:
+    """ValueError for a field that is no whole number from the least to the most, or infinity."""
     value = getattr(record, name)
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not (whole and least <= value <= most):
-        raise ValueError(f"{name} is {value!r}; it must be a whole number from {least} to {most}")
+        need = f" from {least} to {most}" if most < np.inf else f", {least} or more"
+        raise ValueError(f"{name} is {value!r}; it must be a whole number{need}")

@@ -138,7 +138,8 @@ class PlannerOptions:
 
     def __post_init__(self) -> None:
         # What other packages add is looked for where the name is none of ours.
-        if self.name not in NAMES and self.name not in added(PLANNERS):
+        known = isinstance(self.name, str) and (self.name in NAMES or self.name in added(PLANNERS))
+        if not known:
             names = ", ".join((*NAMES, *added(PLANNERS)))
             raise ValueError(f"the planner is {self.name!r}; it must be one of {names}")
         for name, least, most in (("curves", 3, 36), ("search", 0, 1000), ("datum", 0, 1000)):

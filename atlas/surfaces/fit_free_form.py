@@ -98,14 +98,15 @@ def _largest_sites(
         counts = tree.query_ball_point(tree.data[middles], radius / _RUNG, return_length=True)
         key = _key(*trial, radius)
         if np.median(counts) >= _LEAST:
-            kept[key] = known[key] if key in known else _follow(*trial, radius, known, kept)
+            kept[key] = known[key] if key in known else _follow(trial, radius, known, kept)
         if kept.get(key, True):
             return sites_of(tree, normals, middles, radius)
         radius /= _RUNG
 
 
-def _follow(points, normals, stds, facing: float, radius: float, known: dict, kept: dict) -> bool:
-    """Whether sextics of a radius, length, follow samples in the median."""
+def _follow(trial, radius: float, known: dict, kept: dict) -> bool:
+    """Whether sextics of a radius, length, follow samples on trial in the median."""
+    points, normals, stds, facing = trial
     tree = cKDTree(points)
     sites = sites_of(tree, normals, middles_of(tree, normals, radius, facing), radius)
     fitted = with_factors(equations_of(sites, points, stds, known, kept))

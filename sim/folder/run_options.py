@@ -8,6 +8,7 @@ import numpy as np
 
 from touchatlas.atlas import AtlasOptions
 from touchatlas.atlas.records.options import SCALE_NOISE
+from touchatlas.patch.checks import check_whole
 from touchatlas.planner import PlannerOptions
 from touchatlas.sim.machine.fault_words import faults_of
 from touchatlas.sim.machine.options import ProbeOptions
@@ -64,7 +65,7 @@ class RunOptions:
         check_number("tolerance", self.tolerance)
         check_number("max-length", self.max_length)
         _check_count("max-touches", self.max_touches, 1)
-        _check_count("seed", self.seed, 0)
+        check_whole(self, "seed", 0, np.inf)
         check_unit(self.unit)
         faults_of(self.fault)
         for record, kind in (
@@ -78,7 +79,7 @@ class RunOptions:
 
 def check_unit(unit: str | None) -> None:
     """ValueError for what is no unit of length."""
-    if unit is not None and unit not in MILLIMETRES:
+    if unit is not None and not (isinstance(unit, str) and unit in MILLIMETRES):
         raise ValueError(f"unit is {unit!r}; it must be one of {', '.join(MILLIMETRES)}")
 
 

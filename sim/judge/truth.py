@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from touchatlas.patch.checks import check_whole
 from touchatlas.patch.geometry.arrays import box_diagonal
 from touchatlas.sim.judge.closest_points import ClosestPoints
 from touchatlas.sim.judge.surface_file import check_triangles
@@ -25,8 +26,7 @@ class EvaluateOptions:
     samples: int = 40_000
 
     def __post_init__(self) -> None:
-        if self.samples < 1:
-            raise ValueError(f"samples is {self.samples}; at least one point each way is needed")
+        check_whole(self, "samples", 1, np.inf)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Errors of recorded curves: how far whole curves are displaced, and points out of order."""
 
 import numpy as np
-from scipy.stats import chi2, norm, t
+from scipy.special import chdtri, ndtri, stdtrit
 
 from touchatlas.patch.geometry.curvature import normal_from_tangents
 from touchatlas.patch.geometry.order import disorder, out_of_order
@@ -35,7 +35,7 @@ def offset_deviation(point, contours, noise: float) -> float:
     reach = max(float(np.ptp(c.points, axis=0).max()) for c in contours)
     # One in a thousand good files exceeds it. A cubic leaves 5e-4 of the longest curve of the
     # shape.
-    limit = max(chi2.isf(1e-3, freedom) * variance, freedom * (5e-4 * reach) ** 2)
+    limit = max(chdtri(freedom, 1e-3) * variance, freedom * (5e-4 * reach) ** 2)
     return _of_few(square / freedom - variance, freedom) if square > limit else 0.0
 
 
@@ -58,7 +58,7 @@ def _of_few(variance: float, freedom: int) -> float:
     The quantile of Student's t takes the place of the normal one: Guide to the expression of
     uncertainty in measurement (GUM), G.3. With two degrees of freedom it is 2.2 times as large.
     """
-    return float(np.sqrt(variance) * t.isf(0.025, freedom) / norm.isf(0.025))
+    return float(np.sqrt(variance) * stdtrit(freedom, 0.975) / ndtri(0.975))
 
 
 def _height(offset, tangent, normal) -> tuple[float, float]:
