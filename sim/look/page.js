@@ -2,6 +2,8 @@
 const at = (id) => document.getElementById(id);
 const unpacked = (text) => fflate.unzlibSync(new Uint8Array(_base64ToArrayBuffer(text.trim())));
 const world = K3DInstance.getWorld();
+// K3D itself does so some time later, and draws from amidst the objects until then.
+K3DInstance.setCamera(K3DInstance.parameters.camera);
 const objects = {};
 Object.values(world.ObjectsListJson).forEach((json) => { objects[json.name] = json; });
 let run, now = 0, timer = 0, busy = Promise.resolve();
