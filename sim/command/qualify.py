@@ -174,6 +174,8 @@ def _simulated(name: str, machine: str, ball: float, seed: int) -> Recording | n
     from touchatlas.sim.machine.on_a_ball import measured_on_a_ball, probe_before_a_ball
     from touchatlas.sim.machine.options import ProbeOptions
 
+    if seed < 0:
+        raise ValueError(f"--seed is {seed}; it must be a whole number, 0 or more")
     options = ProbeOptions(name, machine)
     probe = probe_before_a_ball(options, ball, NOISE[machine], np.random.default_rng(seed))
     return measured_on_a_ball(probe, ball)

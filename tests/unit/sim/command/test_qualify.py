@@ -102,6 +102,7 @@ def test_help_says_what_is_measured(folder):
     "words, said",
     [
         (("none.csv", "--ball", 12.5), "none.csv is no file"),
+        (("trigger", "--ball", 12.5, "--seed", -1), "--seed is -1; it must be a whole number"),
         (("half.csv", "--ball", 12.5), "touch it all around"),
         (("points.csv", "--ball", 25), "see radius, diameter, unit"),
         (("points.csv", "--ball", 0), "--ball is 0.0; it must be a finite number, more"),
