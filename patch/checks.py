@@ -32,7 +32,8 @@ def check_above(record, positive: tuple[str, ...] = (), names: tuple[str, ...] =
 
 
 def check_whole(record, name: str, least: int, most: float) -> None:
-    """ValueError for a field that is no whole number from the least to the most, or infinity."""
+    """ValueError for a field that is no whole number from the least to the most, which may be
+    infinite."""
     value = getattr(record, name)
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not (whole and least <= value <= most):
