@@ -5,6 +5,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchatlas.atlas.check.doubt import NOWHERE, Doubt, some_apart
+from touchatlas.atlas.mesh.refine import edges_of
 from touchatlas.atlas.mesh.winding import winding_numbers
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.state import AtlasState
@@ -45,7 +46,8 @@ def _closed_holes(surface: Surface, atlas: AtlasState) -> list[Doubt]:
 def _openings(surface: Surface, atlas: AtlasState) -> list[Doubt]:
     """One doubt where the surface is open though no rim is known there, no closed surface, or
     inside out."""
-    edges, triangles = _edges(surface.faces)
+    edges, sides = edges_of(surface.faces)
+    triangles = np.bincount(sides.ravel())
     if (triangles == 1).any():
         middle = surface.vertices[edges[triangles == 1]].mean(axis=1)
         middle = middle[~atlas.rims.at(middle, atlas.tolerance)]
@@ -60,14 +62,6 @@ def _openings(surface: Surface, atlas: AtlasState) -> list[Doubt]:
         "extract it with a shorter edge."
     )
     return [Doubt("topology", words, NOWHERE)]
-
-
-def _edges(faces) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (e, 2) of triangles, and how many triangles each has (e,)."""
-    pairs = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64)
-    count = int(faces.max()) + 1
-    keys, triangles = np.unique(count * pairs.max(axis=1) + pairs.min(axis=1), return_counts=True)
-    return np.stack([keys // count, keys % count], axis=1), triangles
 
 
 def _inside_out(vertices, faces) -> list[Doubt]:
