@@ -242,7 +242,7 @@ def _strips(area, known, of, enclosed) -> np.ndarray:
     more than the area (k,) ``enclosed`` by its rim."""
     parts = np.repeat(area[:, None] / _PARTS, _PARTS, axis=1)
     total = np.bincount(of, (parts * known).sum(axis=1))[of]
-    share = np.minimum(enclosed / np.maximum(total, np.finfo(float).tiny), 1.0)
+    share = np.divide(enclosed, total, out=np.ones(len(total)), where=total > enclosed)
     return np.asarray(parts * np.where(known, share[:, None], 1.0))
 
 

@@ -24,6 +24,7 @@ from touchatlas.atlas.cad.kernel import (
 )
 from touchatlas.atlas.cad.rims import Rim, made_tangent, smooth_rims
 from touchatlas.atlas.cad.surfaces import LawSurface, law_surface
+from touchatlas.patch.checks import check_above
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,9 @@ class LawfulOptions:
     outliers: float = 0.01
     one_corner: float = 0.25
     circle: float = 0.05
+
+    def __post_init__(self) -> None:
+        check_above(self)
 
 
 @dataclass(frozen=True, eq=False)

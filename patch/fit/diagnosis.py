@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from touchatlas.patch.checks import check_above
 from touchatlas.patch.fit.advice import advice_on
 from touchatlas.patch.fit.crossings import crossings, displaced_curves
 from touchatlas.patch.fit.residual_tests import excess_scatter, residual_tests
@@ -60,6 +61,9 @@ class DiagnosisLimits:
     deviation: float = 0.06
     off_plane: float = 2.0
     unlike: float = 5.0
+
+    def __post_init__(self) -> None:
+        check_above(self)
 
 
 @dataclass(frozen=True, eq=False)
