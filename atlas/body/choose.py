@@ -107,7 +107,6 @@ def look_for_body(
 def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
     """The body of the shortest description: all samples as one face, faces that go on from those
     read ``before``, or faces that are read anew, if laws explain enough of the samples at first.
-    Faces are mostly lawful: see ``are_mostly_lawful``.
     Where the laws that go on leave noise alone, they are kept, and nothing else is tried: see
     ``leaves_noise``."""
     on = None if before.faces is None else faces_of_samples(samples, before=before.faces)
@@ -125,9 +124,7 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
         anew = faces_of_labels(labels)
         tried.append((anew, body_of_faces(anew, samples)))
     for faces, body in tried:
-        if body is None or not are_mostly_lawful(body.faces):
-            continue
-        if (length := description_length(body)) < shortest:
+        if body is not None and (length := description_length(body)) < shortest:
             shortest, found = length, replace(found, faces=faces, body=body)
     return found
 
@@ -169,18 +166,9 @@ def body_of_parts(
     if body is not None and not any(is_one for *_, is_one in parts):
         return many
     one = body_of_one(samples)
-    may_be_many = body is not None and are_mostly_lawful(body.faces)
-    if may_be_many and description_length(body) < description_length(one):
+    if body is not None and description_length(body) < description_length(one):
         return many
     return KnownBody(count, count, samples.std, None, one)
-
-
-def are_mostly_lawful(faces: Faces) -> bool:
-    """Whether laws explain more than half of the samples. A description length is that of samples,
-    and says nothing of what is between them: there free-form faces are no surer than one free-form
-    face is, which is cut at sharp turns as well, and their edges are one more thing to know."""
-    lawful = [face.id for face in faces.faces if face.law is not None]
-    return bool(np.isin(faces.of, lawful).mean() > 0.5)
 
 
 def leaves_noise(body: Body) -> bool:
@@ -247,9 +235,18 @@ def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:
 
 
 def body_of_faces(faces: Faces, samples: ContourSamples) -> Body | None:
-    """The body of those faces that contours determine; None where these are one or none."""
+    """The body of those faces that contours determine; None where these are one or none, or laws
+    explain no more than half of the samples.
+
+    Notes
+    -----
+    A description length is that of samples, and says nothing of what is between them. There
+    free-form faces are no surer than one free-form face, which is cut at sharp turns as well, and
+    their edges are one more thing to know.
+    """
     known = determined(faces, samples)
-    if len(known) < 2:
+    lawful = [face.id for face in known.faces if face.law is not None]
+    if len(known) < 2 or np.isin(known.of, lawful).mean() <= 0.5:
         return None
     body = Body(known, samples)
     if not samples.tip > 0.0:

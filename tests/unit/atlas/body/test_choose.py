@@ -59,6 +59,18 @@ def test_six_planes_describe_a_box_shorter_than_one_free_form_face(box):
     assert description_length(box.body) < 0.5 * one
 
 
+@pytest.mark.parametrize("free", [0, 1, 3, 5, 6])
+def test_a_body_of_faces_has_laws_of_most_samples(box, free):
+    """The smallest sides obey no law: of a box whose other sides have more than half of the samples
+    there is a body."""
+    order = sorted(box.body.faces.faces, key=lambda face: len(face.samples))
+    lawless = {face.id for face in order[:free]}
+    some = [replace(one, law=None) if one.id in lawless else one for one in box.body.faces.faces]
+    lawful = sum(len(face.samples) for face in order[free:])
+    found = body_of_faces(replace(box.body.faces, faces=tuple(some)), box.body.samples)
+    assert (found is not None) == (lawful > 0.5 * len(box.body.samples)) == (free < 5)
+
+
 def test_lengths_of_boxes_far_apart_add_up():
     """A parameter costs what the samples of its own piece make it cost, however many others there
     are: two equal boxes take twice the nats of one, to rounding."""
