@@ -16,7 +16,7 @@ from touchatlas.atlas.learn import (
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.touch import AtlasChange
 from touchatlas.atlas.samples.neighbourhoods import plane_directions, thinned
-from touchatlas.atlas.samples.sides import closed_curve_signs, outward_signs
+from touchatlas.atlas.samples.sides import closed_curve_signs, is_closed, outward_signs
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import cross
 from touchatlas.patch.geometry.normal_error import MOST_TILT
@@ -113,8 +113,6 @@ def _curve(scan: Scan, own, tree: cKDTree, stride: int) -> _Strand:
     """One curve of a scan, of the points ``own`` (m,): its normals lie in its plane where it has
     one, and are those of the surface about it where they are known."""
     points, noise = scan.points[own], scan.noise_std[own]
-    step = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    closed = bool(np.linalg.norm(points[0] - points[-1]) <= 3.0 * np.median(step))
     size, vectors = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[1:]
     size, off = size / np.sqrt(len(own)), 3.0 * float(np.median(noise))
     flat = size[2] <= max(off, 0.01 * size[1])
@@ -139,7 +137,7 @@ def _curve(scan: Scan, own, tree: cKDTree, stride: int) -> _Strand:
     some = np.arange(0, len(own), stride)
     plane = vectors[2] if is_plane else None
     columns = points[some], normals[some], across[some], noise[some], own[some]
-    return _Strand(*columns, closed, plane)
+    return _Strand(*columns, is_closed(points), plane)
 
 
 def _facing_alike(normals) -> np.ndarray:

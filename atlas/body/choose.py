@@ -26,7 +26,8 @@ from touchatlas.atlas.pieces.piece import Piece
 from touchatlas.atlas.records.options import Levels
 from touchatlas.atlas.relabel.labelling import first_labels, revise_all
 from touchatlas.atlas.relabel.moves import find_roundings
-from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import NO_TOUCH, SamplePool
+from touchatlas.atlas.samples.sides import is_closed
 from touchatlas.patch.geometry.kinks import SIDE
 
 
@@ -94,7 +95,7 @@ def look_for_body(
     known = None if before.body is None else before.body.samples
     samples = samples_of(pool, count, std, levels, known)
     if looks:
-        return _chosen(samples, np.asarray(pool.edges), before)
+        return _chosen(samples, pool, before)
     found = replace(before, count=count, std=std, is_few=False)
     if not before.is_one_face:
         faces = faces_of_samples(samples, before=before.faces)
@@ -104,7 +105,7 @@ def look_for_body(
     return replace(found, body=body_of_one(samples, before.body))
 
 
-def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBody:
+def _chosen(samples: ContourSamples, pool: SamplePool, before: KnownBody) -> KnownBody:
     """The body of the shortest description: all samples as one face, faces that go on from those
     read ``before``, or faces that are read anew, if laws explain enough of the samples at first.
     Where the laws that go on leave noise alone, they are kept, and nothing else is tried: see
@@ -115,11 +116,16 @@ def _chosen(samples: ContourSamples, ends_at_edge, before: KnownBody) -> KnownBo
         return KnownBody(len(samples), len(samples), samples.std, on, gone_on)
     one = body_of_one(samples, before.body)
     found = KnownBody(len(samples), len(samples), samples.std, None, one)
-    if before.faces is None and not has_edges(samples, ends_at_edge):
+    least, most = shares_at_edges(samples, pool.edges, pool.touches == NO_TOUCH)
+    if before.faces is None and most < FaceOptions.kinked:
         return found
     shortest = description_length(one)
     tried, labels = [(on, gone_on)], first_labels(samples, before=on)
-    if labels.lawful_share >= FaceOptions.lawful:
+    is_likely = labels.lawful_share >= FaceOptions.lawful
+    if before.faces is None and least < FaceOptions.kinked:
+        # No contour says so: the first labels have to.
+        is_likely = labels.total() < shortest
+    if is_likely:
         revise_all(labels)
         anew = faces_of_labels(labels)
         tried.append((anew, body_of_faces(anew, samples)))
@@ -214,19 +220,25 @@ def description_length(body: Body) -> float:
     return length + options.boundary * float(graph.weights[first != second].sum())
 
 
-def has_edges(samples: ContourSamples, ends_at_edge) -> bool:
-    """Whether enough of the contours run over a sharp edge, or have a sample (n,) that is the last
-    before one. Contours too short to show a kink do not speak against edges; where all are, as
-    those of single points, there may be some."""
+def shares_at_edges(samples: ContourSamples, ends_at_edge, of_scan) -> tuple[float, float]:
+    """The least and the largest share of the contours that run over a sharp edge, or have a sample
+    (n,) that is the last before one.
+
+    Contours too short to show a kink do not speak against edges. Nothing reports what an open
+    contour of samples ``of_scan`` (n,) ends at: the least share counts it against edges, and the
+    largest one does not. Where none speaks against edges, there may be some."""
     bounds = np.append(np.flatnonzero(np.diff(samples.contours, prepend=-1)), len(samples))
-    every = zip(itertools.pairwise(bounds.tolist()), samples.hinges, strict=True)
-    spans = [(span, hinges) for span, hinges in every if samples.planes[span[0]].any()]
-    edges = [
-        bool(ends_at_edge[a:b].any() or hinges.are_kinks(samples.stds[a]).any())
-        for (a, b), hinges in spans
-    ]
-    told = sum(one or b - a > 2 * SIDE for ((a, b), _), one in zip(spans, edges, strict=True))
-    return bool(edges) and sum(edges) >= FaceOptions.kinked * told
+    edges, against, open_ = 0, 0, 0
+    for (a, b), hinges in zip(itertools.pairwise(bounds.tolist()), samples.hinges, strict=True):
+        if not samples.planes[a].any():
+            continue
+        if ends_at_edge[a:b].any() or hinges.are_kinks(samples.stds[a]).any():
+            edges += 1
+        elif b - a > 2 * SIDE:
+            is_open = of_scan[a] and not is_closed(samples.points[a:b])
+            against, open_ = against + (not is_open), open_ + is_open
+    told, every = edges + against, edges + against + open_
+    return edges / every if every else 0.0, edges / told if told else 1.0
 
 
 def body_of_one(samples: ContourSamples, before: Body | None = None) -> Body:

@@ -114,6 +114,12 @@ def _side(points, normals, closed: float, outside) -> float:
     return float(np.sign(((points - points.mean(axis=0)) * vectors).sum()))
 
 
+def is_closed(curve) -> bool:
+    """Whether a curve (m, 3) ends where it begins, within three of its steps."""
+    step = np.sqrt((np.diff(curve, axis=0) ** 2).sum(axis=1))
+    return bool(np.linalg.norm(curve[0] - curve[-1]) <= 3.0 * np.median(step))
+
+
 def closed_curve_signs(curves, planes, normals) -> np.ndarray:
     """(c,) 1 where the normals of a closed plane curve face away from what it encloses, or, within
     another one in its plane, toward it; -1 where they face the other way.

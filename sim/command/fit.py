@@ -50,7 +50,7 @@ def fit(
         Which column is what, as x=3,y=4,z=5,curve=1: numbers from 1, or names of the header; also
         nx, ny, nz, flag (1 where a point is good) and time. By default it is found out.
     unit
-        Of the lengths: mm, m, in, cm or um; by default what the file says.
+        Of the lengths: nm, um, mm, cm, dm, m, in, ft or mil; by default what the file says.
     tip_radius
         Of the ball at the tip, where the file holds its centres, as it does of most machines; it is
         taken off along the normals. Say --outward if the surface does not bulge.

@@ -35,7 +35,7 @@ def learn(
     *,
     options: LearnOptions,
     out: Path | None = None,
-    noise: Annotated[tuple[float, ...], Parameter(show_default=False)] = (),
+    noise: Annotated[tuple[float, ...], Flag] = (),
     unit: str = "",
     columns: str = "",
     tip_radius: float = 0.0,
@@ -62,9 +62,9 @@ def learn(
         Folder for the run; runs/FILE by default.
     noise
         Standard deviation of each coordinate of a point: once for all files, or once for each, in
-        their order. It is estimated from the points by default.
+        their order, as --noise 0.02 --noise 0.05. It is estimated from the points by default.
     unit
-        Unit of the lengths, where a file does not say it: mm, m, in, cm or um.
+        Unit of the lengths, where a file does not say it: nm, um, mm, cm, dm, m, in, ft or mil.
     columns
         What the columns are, where a file does not say it: x=3,y=4,z=5,curve=1.
     tip_radius

@@ -30,7 +30,7 @@ from touchatlas.sim.recorded.contour_file import read_curves
 from touchatlas.sim.recorded.curves import ReadOptions
 from touchatlas.sim.recorded.fit_file import parse_vector
 from touchatlas.sim.recorded.recorded_arms import is_recording, recording_of
-from touchatlas.sim.world.units import UNITS
+from touchatlas.sim.world.units import UNIT_NAMES, UNITS
 
 Vector = Annotated[str, Parameter(allow_leading_hyphen=True)]
 Optional = Annotated[float | None, Parameter(show_default=False)]
@@ -98,7 +98,8 @@ def qualify(
     seed
         Of its noise, and of what its tip truly is.
     unit
-        Of the lengths: mm, m, in, cm or um; by default what the file says, and mm for a bag.
+        Of the lengths: nm, um, mm, cm, dm, m, in, ft or mil; by default what the file says, and mm
+        for a bag.
     columns
         Which column is what, as x=3,y=4,z=5, in a file of points.
     pose
@@ -115,7 +116,7 @@ def qualify(
     check_new_file(out, "--out", force)
     check_beside_runs(out)
     if unit and unit not in UNITS:
-        raise ValueError(f"--unit is {unit!r}; it must be mm, m, in, cm or um")
+        raise ValueError(f"--unit is {unit!r}; it must be {UNIT_NAMES}")
     if machine not in NOISE:
         raise ValueError(f"--machine is {machine!r}; it must be one of {', '.join(NOISE)}")
     for flag, value in (("--ball", ball), ("--stiffness", stiffness), ("--least", least)):

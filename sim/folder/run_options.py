@@ -34,8 +34,8 @@ class RunOptions:
     seed : int
         Seed of the probe's noise, and of objects that are random.
     unit : str, optional
-        Of the lengths of a mesh whose file names none: mm, m, in, cm, um or ft. Nothing is
-        converted.
+        Of the lengths of a mesh whose file names none: nm, um, mm, cm, dm, m, in, ft or mil.
+        Nothing is converted.
     fault : str
         What is wrong with the probe, to see what the atlas makes of it, as noise=3,moved=5:touch5,
         each once.

@@ -10,7 +10,7 @@ from touchatlas.patch.geometry.arrays import has_powers
 from touchatlas.patch.geometry.section import LEAST_POINTS
 from touchatlas.patch.words import count_of
 from touchatlas.sim.recorded.vectors import what_vectors_are
-from touchatlas.sim.world.units import UNITS
+from touchatlas.sim.world.units import UNIT_NAMES, UNITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class ReadOptions:
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNITS:
-            raise ValueError(f"there is no unit {self.unit!r}; give mm, m, in, cm or um")
+            raise ValueError(f"there is no unit {self.unit!r}; give {UNIT_NAMES}")
         for name in ("tip_radius", "systematic_std"):
             if not 0.0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a length >= 0")

@@ -44,7 +44,10 @@ def _ply(path: Path):
     import trimesh
 
     mesh = trimesh.load(path, process=False)
-    data = mesh.metadata["_ply_raw"]["vertex"]["data"]
+    vertex = mesh.metadata["_ply_raw"].get("vertex", {})
+    if not vertex.get("length"):
+        return [], ""
+    data = vertex["data"]
     columns = [np.asarray(data[n], dtype=float).ravel() for n in ("x", "y", "z")]
     points = np.stack(columns, axis=1)
     held = data.dtype.names if getattr(data, "dtype", None) is not None else list(data)

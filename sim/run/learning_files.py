@@ -13,7 +13,7 @@ from touchatlas.atlas.check.doubt import ended_early
 from touchatlas.atlas.check.faults import faults
 from touchatlas.atlas.check.free_disc import disc_numbers, feature_doubts
 from touchatlas.atlas.files import write_whole
-from touchatlas.planner import Planner
+from touchatlas.planner import Planner, StopReason
 from touchatlas.planner.region import region_doubts
 from touchatlas.sim.folder.journal import Journal
 from touchatlas.sim.folder.ply import ply_bytes, stored
@@ -79,7 +79,8 @@ def _numbers(planner: Planner, atlas: Atlas, surface: Surface | None, unit: str)
     forecast, stop = planner.forecast(atlas), planner.stop
     ended = "" if stop is None else stop.reason.value
     share, places = forecast.predicted_coverage, forecast.open_places
-    words = "" if stop is None else ended_early(ended, share)
+    is_early = stop is not None and stop.reason is not StopReason.KNOWN
+    words = ended_early(ended, share) if is_early else ""
     body = atlas.body
     numbers = {
         "tolerance": atlas.tolerance,

@@ -14,6 +14,7 @@ _NAMES = {
     "mil": "mil mils thou",
 }
 UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
+UNIT_NAMES = f"{', '.join([*_NAMES][:-1])} or {[*_NAMES][-1]}"
 # Millimetres in each.
 MILLIMETRES = {
     "nm": 1e-6,

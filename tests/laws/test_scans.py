@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from touchatlas.atlas import Atlas, Scan, load_atlas, save_atlas
+from touchatlas.atlas import Atlas, Scan, extract_surface, load_atlas, save_atlas
 from touchatlas.atlas.samples.neighbourhoods import thinned
 
 AXES = np.array([3.0, 2.0, 1.5])
@@ -197,3 +197,46 @@ def test_a_bore_of_a_tenth_of_the_size_is_no_rim_in_another_unit():
     with pytest.raises(ValueError, match="multiplied by 10"):
         atlas.add(circles(10.0, heights, 1.0))
     assert not atlas.add(circles(10.0, heights, -1.0)).refused
+
+
+BOX, BOX_NOISE, BOX_TOLERANCE = np.array([60.0, 40.0, 30.0]), 0.06, 0.3
+
+
+def lines_on_a_box(count=60, each=40):
+    """Lines that each stay on one side of a box, and the outward normals of the sides."""
+    rng = np.random.default_rng(3)
+    points, outward = np.empty((2, count, each, 3))
+    for line, normal in zip(points, outward, strict=True):
+        across, along, over = rng.permutation(3)
+        upper = rng.integers(2)
+        line[:, across], line[:, over] = upper * BOX[across], rng.uniform(0.05, 0.95) * BOX[over]
+        line[:, along] = np.linspace(0.02, 0.98, each) * BOX[along]
+        normal[:] = (2 * upper - 1) * np.eye(3)[across]
+        line[:] += rng.normal(0.0, BOX_NOISE, (each, 1)) * normal
+    return points.reshape(-1, 3), outward.reshape(-1, 3)
+
+
+@pytest.mark.parametrize("are_curves", [True, False])
+def test_lines_that_stay_on_sides_of_a_box_show_its_edges_as_curves_and_as_a_cloud(are_curves):
+    """No line runs over an edge. A side of ten lines of 40 points is sure to 0.06 / sqrt(400),
+    0.003, in the middle and to three times that at its ends: 1.96 of it, on the worst of six
+    sides, are below a fifth of the tolerance, 0.06. As one free-form face the box is ten times
+    that off."""
+    points, outward = lines_on_a_box()
+    curves = np.repeat(np.arange(60), 40) if are_curves else None
+    atlas = Atlas(BOX_TOLERANCE)
+    assert not atlas.add(Scan(points, BOX_NOISE, approach=-outward, curves=curves)).refused
+    assert [face.kind for face in atlas.faces().faces] == ["plane"] * 6
+    assert len(atlas.body.faces.faces) == 6
+    vertices = extract_surface(atlas).vertices
+    off = np.abs(np.maximum(-vertices, vertices - BOX).max(axis=1))
+    assert np.quantile(off, 0.95) < 0.2 * BOX_TOLERANCE
+
+
+def test_a_cloud_of_a_free_form_body_is_one_face():
+    """Waves of a tenth of the radius on a ball, which no law explains."""
+    way = cloud(1500, 0.0) / AXES
+    radius = 1.0 + 0.1 * np.sin(4.0 * way[:, :1]) * np.cos(3.0 * way[:, 1:2] + way[:, 2:])
+    atlas = Atlas(TOLERANCE)
+    atlas.add(Scan(radius * way, NOISE, outside=[0.0, 0.0, 3.0]))
+    assert atlas.body.is_one_face and atlas.body.faces.faces[0].kind == "free-form"

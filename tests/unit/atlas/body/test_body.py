@@ -20,9 +20,10 @@ from tests.lawful import (
 from tests.lawful_meshes import HALF, PLATE, RADIUS, lawful_object
 from tests.touched import touched_samples
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.choose import has_edges
+from touchatlas.atlas.body.choose import shares_at_edges
 from touchatlas.atlas.body.one_face import face_of_all
 from touchatlas.atlas.body.thinned_samples import ThinnedSamples
+from touchatlas.atlas.labels.samples import contour_samples
 from touchatlas.sim.world.mesh_object import MeshObject
 
 # Deviation of a sample that is told where there is no noise at all.
@@ -215,18 +216,32 @@ def test_contours_of_a_box_run_over_edges_and_those_of_an_ellipsoid_over_none():
     """The ellipsoid of half axes 30, 20 and 15 bends by 8 steps of 1 over radii of 7.5 at least,
     more than half of that as a cubic."""
     box = samples_of_touches(touched_mesh("box", 30, NOISE), NOISE)
-    assert has_edges(box, np.zeros(len(box), bool))
+    none = np.zeros(len(box), bool)
+    assert shares_at_edges(box, none, none)[0] > 0.5
     smooth = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
-    assert not has_edges(smooth, np.zeros(len(smooth), bool))
+    none = np.zeros(len(smooth), bool)
+    assert shares_at_edges(smooth, none, none) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize(("count", "found"), [(5, False), (6, True)])
-def test_contours_that_end_at_edges_count_as_those_that_run_over_them(count, found):
-    """Of 90 contours six are a fraction of 0.067, and five one of 0.056; 0.06 are enough."""
+def test_contours_that_end_at_edges_count_as_those_that_run_over_them():
     samples = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
     last = np.flatnonzero(np.diff(samples.contours, append=-1))
     assert len(last) == 90
-    assert has_edges(samples, np.isin(np.arange(len(samples)), last[:count])) is found
+    ends, none = np.isin(np.arange(len(samples)), last[:6]), np.zeros(len(samples), bool)
+    assert shares_at_edges(samples, ends, none) == (6 / 90, 6 / 90)
+
+
+def test_open_contours_of_scans_may_have_ended_at_edges_and_closed_ones_may_not():
+    """Of 90 open contours of an ellipsoid six are of touches. A section of a ball is closed."""
+    samples = samples_of_touches(touched_mesh("ellipsoid", 30, NOISE), NOISE)
+    none, of_scan = np.zeros(len(samples), bool), samples.contours >= 6
+    assert shares_at_edges(samples, none, of_scan) == (0.0, 0.0)
+    assert shares_at_edges(samples, none, samples.contours >= 0) == (0.0, 1.0)
+    turn = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
+    flat = np.tile([0.0, 0.0, 1.0], (60, 1))
+    closed = contour_samples(20.0 * ring, ring, flat, NOISE)
+    assert shares_at_edges(closed, np.zeros(60, bool), np.ones(60, bool)) == (0.0, 0.0)
 
 
 def test_the_end_of_a_finger_is_not_among_the_samples_of_its_sides():

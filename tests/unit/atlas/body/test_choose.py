@@ -180,8 +180,9 @@ def test_ends_at_edges_are_edges():
     planes = touched_mesh("ellipsoid", 12, NOISE)[2]
     pool = pool_of("ellipsoid", 12, np.append((planes[1:] != planes[:-1]).any(axis=1), True))
     samples = samples_of(pool, len(pool), STD)
-    assert choose.has_edges(samples, np.asarray(pool.edges))
-    assert not choose.has_edges(samples, np.zeros(len(pool), bool))
+    none = np.zeros(len(pool), bool)
+    assert choose.shares_at_edges(samples, pool.edges, none) == (1.0, 1.0)
+    assert choose.shares_at_edges(samples, none, none) == (0.0, 0.0)
     assert len(faces_of_samples(samples)) >= 1
 
 

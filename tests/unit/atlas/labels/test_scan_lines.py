@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from touchatlas.atlas.body.choose import has_edges
+from touchatlas.atlas.body.choose import shares_at_edges
 from touchatlas.atlas.labels.samples import contour_samples
 from touchatlas.atlas.labels.scan_lines import pairs_of_runs, straight_runs
 from touchatlas.atlas.relabel.labelling import label_samples
@@ -70,7 +70,9 @@ def test_a_bent_surface_has_no_straight_runs():
 def test_short_contours_do_not_show_that_there_is_no_edge():
     """A contour of twelve samples shows no kink, be there an edge or none; one of forty does."""
     few = edge()
-    assert has_edges(few, np.zeros(len(few), bool))
+    none = np.zeros(len(few), bool)
+    assert shares_at_edges(few, none, none) == (0.0, 1.0)
     line = np.column_stack([np.linspace(-30.0, 30.0, 40), np.full(40, 30.0)])
     many = sections(line, np.tile([0.0, 1.0], (40, 1)))
-    assert not has_edges(many, np.zeros(len(many), bool))
+    none = np.zeros(len(many), bool)
+    assert shares_at_edges(many, none, none) == (0.0, 0.0)

@@ -108,7 +108,7 @@ def test_help_says_what_is_measured(folder):
         (("points.csv", "--ball", 0), "--ball is 0.0; it must be a finite number, more"),
         (("points.csv", "--ball", 12.5, "--ball-std", -1), "--ball-std is -1.0; it must be"),
         (("points.csv", "--ball", 12.5, "--axis", "0,0,0"), "--axis has length 0"),
-        (("points.csv", "--ball", 12.5, "--unit", "ell"), "--unit is 'ell'; it must be mm"),
+        (("points.csv", "--ball", 12.5, "--unit", "ell"), "--unit is 'ell'; it must be nm"),
         (("points.csv",), "--ball requires an argument"),
         (("even.csv", "--ball", 12.5), "do not tell the stiffness"),
         (("scan.csv", "--ball", 12.5, "--least", 5), "never above 5 N for 0.32 s"),
