@@ -1,12 +1,13 @@
 """Atlas: what was touched, and the faces and patches that show its surface, touch by touch."""
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from touchatlas.atlas.body.choose import KnownBody, look_for_body
+from touchatlas.atlas.body.choose import body_may_wait, look_for_body
 from touchatlas.atlas.body.read_faces import read_faces
 from touchatlas.atlas.check.free_disc import FreeDisc, free_disc_of
 from touchatlas.atlas.check.invariants import violations
@@ -18,6 +19,7 @@ from touchatlas.atlas.records.blend import Blend
 from touchatlas.atlas.records.scan import Scan
 from touchatlas.atlas.records.surface import Surface
 from touchatlas.atlas.records.touch import AtlasChange, Touch
+from touchatlas.atlas.samples.predictive_law import LATEST
 from touchatlas.atlas.state import AtlasState
 from touchatlas.patch.geometry.arrays import frozen_array
 from touchatlas.patch.words import count_of
@@ -72,15 +74,73 @@ class Atlas(AtlasState):
             When the argument is no Touch and no Scan, or its unit is another. Nothing is changed
             then.
         """
+        change = self._entered(measured)
+        if not change.refused:
+            self.catch_up()
+        return change
+
+    def add_all(self, touches: Iterable[Touch]) -> tuple[AtlasChange, ...]:
+        """Learn touches that are all there: the atlas, byte for byte, that ``add`` makes of one
+        after the other, in less time. Bodies of the first of them, from which nothing follows, are
+        not made.
+
+        Returns
+        -------
+        tuple of AtlasChange
+            One of each. Innovations are those of the last touches alone.
+
+        Raises
+        ------
+        ValueError
+            As of ``add``; the touches before are learned.
+        """
+        every, late = list(touches), LATEST
+        parts = self, self.pool, self.rims, self.rims.ends
+        before = [vars(part).copy() for part in parts]
+        while True:
+            changes: list[AtlasChange] = []
+            try:
+                skipped = self._add_some(every, len(every) - late, changes)
+            except ValueError:
+                # Of the touches before, others are late.
+                _restore(parts, before)
+                self.add_all(every[: len(changes)])
+                raise
+            if self.oldest_that_counts >= skipped:
+                return tuple(changes)
+            # Late ones were refused, and earlier ones count.
+            _restore(parts, before)
+            late *= 2
+
+    def _add_some(self, touches: list[Touch], early: int, changes: list[AtlasChange]) -> int:
+        """Add touches, and to ``changes`` what each changed. What the ``early`` ones show of the
+        surface before them does not count. Returns the number of the samples of these and all
+        before them."""
+        skipped = 0
+        for number, touch in enumerate(touches):
+            is_late = number >= early
+            change = self._entered(touch, is_late)
+            skipped = skipped if is_late else len(self.pool)
+            own = self.pool, self.sample_std, self.known_body, self.levels
+            waits = None if is_late or change.refused else body_may_wait(*own)
+            if waits is not None:
+                self.known_body = waits
+            elif not change.refused:
+                self.catch_up()
+            changes.append(change)
+        self.catch_up()
+        return skipped
+
+    def _entered(self, measured: Touch | Scan, is_late: bool = True) -> AtlasChange:
+        """What a touch or a scan changed, but for the body."""
         ways = len(self.ways)
         if isinstance(measured, Scan):
             change = learn_scan(self, measured)
         else:
-            change = replace(learn(self, measured), touch=measured.number)
+            change = replace(learn(self, measured, is_late), touch=measured.number)
             self.touches += 1
         if not change.refused:
             self.learn_innovations(change.innovations)
-            self._take(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
         elif len(self.ways) > ways:
             self.know(self.known_body)
         return change
@@ -112,16 +172,9 @@ class Atlas(AtlasState):
         patches are a little less sure in places."""
         known = self.known_body
         if known.looked < self.point_count:
-            self._take(look_for_body(self.pool, self.sample_std, known, self.levels, last=True))
+            self.take(look_for_body(self.pool, self.sample_std, known, self.levels, last=True))
         # The surface ends at the rims of this atlas, which tell where it is drawn.
-        self._take(with_fewer_patches(self.known_body, self.tolerance))
-
-    def _take(self, known: KnownBody) -> None:
-        """Take what was found, if it is anything new. One face and many miss in other ways."""
-        if known.is_one_face != self.known_body.is_one_face:
-            self.innovations, self.settled = np.zeros((0, 6)), 0
-        if known is not self.known_body:
-            self.know(known)
+        self.take(with_fewer_patches(self.known_body, self.tolerance))
 
     def faces(self) -> Faces:
         """The faces of what was touched, each with its kind in words and numbers, and the sharp
@@ -202,3 +255,10 @@ class Atlas(AtlasState):
         """
         if broken := violations(self):
             raise AssertionError("; ".join(broken))
+
+
+def _restore(parts, before: list[dict]) -> None:
+    """Give objects the attributes that they had ``before``."""
+    for part, own in zip(parts, before, strict=True):
+        vars(part).clear()
+        vars(part).update(own)

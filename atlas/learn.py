@@ -26,9 +26,10 @@ from touchatlas.patch.geometry.normal_error import MOST_TILT
 from touchatlas.patch.geometry.section import contour_normals
 
 
-def learn(state: AtlasState, touch: Touch) -> AtlasChange:
+def learn(state: AtlasState, touch: Touch, is_late: bool = True) -> AtlasChange:
     """Enter the samples of one touch and the way on which the probe came, or say why the samples
-    are refused. Without contact only the way is entered."""
+    are refused. Without contact only the way is entered. What a touch shows of the surface before
+    it counts where it is late."""
     contours, bad = check_touch(state, touch)
     if touch.status is not TouchStatus.TOUCHED:
         _enter_way(state, touch)
@@ -52,7 +53,7 @@ def learn(state: AtlasState, touch: Touch) -> AtlasChange:
     numbers = np.repeat(np.arange(len(contours)), [len(c.points) for c in contours])
     noise = np.array([c.noise_std for c in contours])[numbers]
     normals = _normals(state, touch.contact, contours, outward, quadric)
-    news, first = innovations(state, points, noise), len(state.pool)
+    news, first = innovations(state, points, noise, is_late), len(state.pool)
     settle_tip(state, touch.tip_radius, touch.systematic_std)
     enter_samples(state, contours, normals, noise, numbers, touch.number)
     _enter_way(state, touch)
@@ -198,18 +199,20 @@ def _normals(
     return found
 
 
-def innovations(state: AtlasState, points, noise) -> np.ndarray:
+def innovations(state: AtlasState, points, noise, is_late: bool = True) -> np.ndarray:
     """(k, 6) what new samples (n, 3), of noise (n,), show of the surface that was predicted
     before them: see ``innovations_of``. Where nothing was known, or as little as of a polynomial
-    far from all samples, they show nothing."""
-    if state.body is None:
+    far from all samples, they show nothing, and where they are not late, nobody asks."""
+    if is_late:
+        state.catch_up()
+    if state.body is None or not is_late:
         return np.zeros((0, 6))
     noise = np.broadcast_to(np.asarray(noise, float), len(points))
     found, known = state.body.at(points)
     known &= found.deviation <= state.levels.sure * max(state.scale, state.sample_std)
     std, away = np.hypot(noise, state.bias), state.body.away(points)
     columns = found.distance, found.deviation, noise, std, away
-    return innovations_of(state.next_number, *columns)[known]
+    return innovations_of(len(state.pool), *columns)[known]
 
 
 def enter_samples(

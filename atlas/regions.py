@@ -159,6 +159,7 @@ def _part_of(atlas: Atlas, spans, numbers: set[int]) -> Part:
     part.pool.add(*columns.values())
     part.ways, part.bad_contacts = atlas.ways[ways], atlas.bad_contacts[bad]
     part.innovations = atlas.innovations[atlas.innovations[:, 0] >= atlas.settled]
+    part.innovations[:, 0] = np.searchsorted(some, part.innovations[:, 0])
     kept = tuple(one for one in atlas.evidence.touches if int(one.number) in numbers)
     found = atlas.evidence.crossings
     own = np.isin(found.table[:, :2], sorted(numbers)).all(axis=1)
@@ -213,6 +214,9 @@ def joined(parts: Sequence[Part]) -> Atlas:
         columns["touches"] = columns["touches"] + ends.touches.max(initial=-1) + 1
         for name, column in columns.items():
             setattr(ends, name, np.concatenate([getattr(ends, name), column]))
+        # The law of errors is that of the last touches of all regions.
+        news = part.innovations + np.eye(1, 6) * len(atlas.pool)
+        atlas.innovations = np.concatenate([atlas.innovations, news])
         if len(part.pool):
             atlas.pool.add(*(getattr(part.pool, name) for name in NAMES))
     touches = [one for part in every for one in part.evidence.touches]
@@ -221,10 +225,6 @@ def joined(parts: Sequence[Part]) -> Atlas:
     atlas.evidence = replace(first.evidence, touches=tuple(touches), crossings=crossings)
     samples = samples_of(atlas.pool, len(atlas.pool), atlas.sample_std, atlas.levels)
     atlas.know(body_of_parts(samples, [(p.pieces, p.of, p.is_one_face) for p in shown]))
-    # The law of errors is that of the last touches of all regions.
-    for part in every:
-        news = part.innovations.copy()
-        news[:, 0] += atlas.next_number - news[:, 0].min(initial=np.inf) if len(news) else 0.0
-        atlas.innovations = np.concatenate([atlas.innovations, news])
+    atlas.settled = 0
     atlas.forget_law()
     return atlas

@@ -7,13 +7,13 @@ from functools import cached_property
 import numpy as np
 
 from touchatlas.atlas.body.body import Body
-from touchatlas.atlas.body.choose import KnownBody
+from touchatlas.atlas.body.choose import KnownBody, look_for_body
 from touchatlas.atlas.body.less_tip import contacts, less_tip, rims_less_tip
 from touchatlas.atlas.records.options import AtlasOptions, Levels, check_tolerance
 from touchatlas.atlas.samples.evidence import ProbeEvidence
 from touchatlas.atlas.samples.predictive_law import LATEST, PredictiveLaw, error_law_of
 from touchatlas.atlas.samples.rims import Rims
-from touchatlas.atlas.samples.sample_pool import SamplePool
+from touchatlas.atlas.samples.sample_pool import NO_TOUCH, SamplePool
 
 
 class AtlasState:
@@ -47,7 +47,7 @@ class AtlasState:
     bad_contacts : (b, 3) float, length, world
         Points of touches that were left out, because no curve explains them.
     settled : int
-        Number of the first touch since faces, edges or laws changed: before it errors were those of
+        Index of the first sample since faces, edges or laws changed: before it errors were those of
         another surface.
     touches : int
         Number of touches, with those that were refused.
@@ -105,25 +105,39 @@ class AtlasState:
         return np.hypot(self.pool.noise, self.bias)
 
     @property
-    def next_number(self) -> int:
-        """Number of the next innovations."""
-        return int(self.innovations[:, 0].max(initial=-1.0)) + 1
+    def oldest_that_counts(self) -> int:
+        """Index of the first sample of the last touches whose innovations count."""
+        starts = np.flatnonzero(np.diff(self.pool.touches, prepend=NO_TOUCH - 1))
+        return int(starts[-LATEST:].min(initial=len(self.pool)))
 
     def learn_innovations(self, innovations) -> None:
-        """Take the innovations (n, 6) of one more touch; those of eight touches count."""
-        every = np.concatenate([self.innovations, innovations])
-        self.innovations = every[every[:, 0] > every[:, 0].max(initial=0.0) - LATEST]
+        """Take the innovations (n, 6) of the touch that was entered last."""
+        every, oldest = np.concatenate([self.innovations, innovations]), self.oldest_that_counts
+        self.innovations = every[every[:, 0] >= oldest]
+        self.settled = max(self.settled, oldest)
         self.forget_law()
 
     def forget_law(self) -> None:
         """The law of errors follows from something that changed."""
         self.__dict__.pop("law", None)
 
+    def catch_up(self) -> None:
+        """Make the body of all samples, where it is that of the first of them."""
+        if self.known_body.count < len(self.pool):
+            self.take(look_for_body(self.pool, self.sample_std, self.known_body, self.levels))
+
+    def take(self, known: KnownBody) -> None:
+        """Take what was found, if it is anything new. One face and many miss in other ways."""
+        if known.is_one_face != self.known_body.is_one_face:
+            self.innovations, self.settled = np.zeros((0, 6)), 0
+        if known is not self.known_body:
+            self.know(known)
+
     def know(self, known: KnownBody) -> None:
         """Take what the samples show. The surface ends at the rims of this atlas, and is
         not where the probe passed."""
         if structure_of(known.body) != structure_of(self.body):
-            self.settled = self.next_number
+            self.settled = len(self.pool)
             self.forget_law()
         if known.body is not None:
             known = replace(known, body=known.body.with_air(self.ways, self.rims))

@@ -149,6 +149,7 @@ def _known_side(state: AtlasState, outward, contours) -> int:
     contact, -1 where it faces the other way, and 0 where too little is known: less than half a
     sample, or a quarter of the samples, more on one side than on the other. Each sample on the
     known surface counts by how sure that is: about the contact it may be a guess."""
+    state.catch_up()
     if state.body is None:
         return 0
     points = np.concatenate([contour.points for contour in contours])

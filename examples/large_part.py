@@ -171,8 +171,7 @@ def main() -> None:
     judged("by regions", atlas, obj, at_seam)
     if given.one:
         begun, one = time.process_time(), Atlas(TOLERANCE)
-        for touch in touches:
-            one.add(touch)
+        one.add_all(touches)
         one.finish()
         print(f"one process: {time.process_time() - begun:.0f} s, {memory()} with what was before")
         judged("one process", one, obj, at_seam)

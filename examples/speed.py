@@ -74,12 +74,11 @@ def at_once(name: str, places: int, cells: int) -> str:
     probe = Probe(obj, obj.noise_std, rng)
     truth = obj.sample(TRUTH, rng)[0]
     touches = [probe(plan) for plan in spread_plans(*obj.sample(TRUTH, rng), places)]
-    edge = float(np.ptp(truth, axis=0).max()) / cells
+    edge, scan = float(np.ptp(truth, axis=0).max()) / cells, scan_of(touches)
 
-    def learned(parts):
+    def learned(way, measured):
         atlas = Atlas(obj.tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
-        for part in parts:
-            atlas.add(part)
+        way(atlas, measured)
         return atlas, extract_surface(atlas, edge)
 
     def shown(vertices, faces, seconds: float) -> str:
@@ -87,8 +86,8 @@ def at_once(name: str, places: int, cells: int) -> str:
         return f"{seconds:.2f} ({1e4 * error:.2f})"
 
     out = []
-    for parts in (touches, [scan_of(touches)]):
-        (atlas, ours), seconds = timed(learned, parts)
+    for way, measured in ((add_each, touches), (Atlas.add_all, touches), (Atlas.add, scan)):
+        (atlas, ours), seconds = timed(learned, way, measured)
         out.append(shown(ours.vertices, ours.faces, seconds))
     points, normals = samples_of(atlas, touches)
     for peer in PEERS.values():
@@ -96,6 +95,12 @@ def at_once(name: str, places: int, cells: int) -> str:
         found = best_surface(peer, *data) if peer.present() else None
         out.append("–" if found is None else shown(*found[0], found[2]))
     return row(obj.name, places, len(points), len(ours.vertices), *out)
+
+
+def add_each(atlas: Atlas, touches) -> None:
+    """Learn touches one after the other."""
+    for touch in touches:
+        atlas.add(touch)
 
 
 def scan_of(touches) -> Scan:
@@ -126,7 +131,15 @@ def main(arguments: argparse.Namespace) -> None:
     rows = (explored(name, float(most or np.inf)) for name, most in bodies)
     print_table(("object", "touches", "patches", *figures), rows)
     print()
-    figures = "places", "points", "vertices", "touch by touch, s (error)", "one scan", *PEERS
+    figures = (
+        "places",
+        "points",
+        "vertices",
+        "touch by touch, s (error)",
+        "all at once",
+        "one scan",
+        *PEERS,
+    )
     rows = (at_once(name, arguments.places, arguments.cells) for name, _ in bodies)
     print_table(("object", *figures), rows)
 

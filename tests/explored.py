@@ -84,7 +84,7 @@ def entered(touches, tolerance: float) -> Atlas:
     """An atlas that has the samples of touches, and no surface yet."""
     atlas = Atlas(tolerance)
     for touch in touches:
-        learn(atlas, touch)
+        learn(atlas, touch, is_late=False)
         atlas.touches += 1
     return atlas
 

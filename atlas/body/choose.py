@@ -105,6 +105,25 @@ def look_for_body(
     return replace(found, body=body_of_one(samples, before.body))
 
 
+def body_may_wait(
+    pool: SamplePool, std: float, before: KnownBody, levels: Levels = Levels()
+) -> KnownBody | None:
+    """What is known until the body of the samples of a pool is asked for: that of the first of
+    them, from which ``look_for_body`` goes on as if it had been asked after each touch.
+
+    None where it cannot wait: other bodies follow from it, because it has many faces, or faces may
+    be read; or the samples have doubled, and say more of the unit of the next ones."""
+    count = len(pool)
+    if before.faces is not None or not before.is_one_face or count >= 2 * before.count:
+        return None
+    if not is_larger(count, before.looked):
+        return before
+    known = None if before.body is None else before.body.samples
+    samples = samples_of(pool, count, std, levels, known)
+    _, most = shares_at_edges(samples, pool.edges, pool.touches == NO_TOUCH)
+    return None if most >= FaceOptions.kinked else replace(before, looked=count)
+
+
 def _chosen(samples: ContourSamples, pool: SamplePool, before: KnownBody) -> KnownBody:
     """The body of the shortest description: all samples as one face, faces that go on from those
     read ``before``, or faces that are read anew, if laws explain enough of the samples at first.

@@ -125,7 +125,7 @@ def innovations_of(number: int, distance, deviation, noise, std, away) -> np.nda
     Parameters
     ----------
     number : int
-        That of the touch, among those that taught something.
+        Index of the first of the samples, which tells touches apart.
     distance, deviation : (n,) float, length
         Distance of each from the surface, and the predicted standard deviation of that.
     noise, std : (n,) float, length

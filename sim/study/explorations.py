@@ -100,8 +100,7 @@ def explored(trial: Trial, rng: np.random.Generator) -> Explored:
     forecast = planner.forecast(atlas) if stop is None else stop.forecast
     if trial.again is not None:
         atlas = _new_atlas(trial)
-        for touch in trial.again(touches):
-            atlas.add(touch)
+        atlas.add_all(trial.again(touches))
         forecast = Planner(*trial.body.start()).forecast(atlas)
     atlas.finish()
     surface = extract_surface(atlas) if len(atlas) else None

@@ -22,6 +22,11 @@ def touches():
     return spread_touches(make_object("sphere"), 8)
 
 
+def with_body(body):
+    """What the outer side of a touch follows from."""
+    return SimpleNamespace(body=body, bias=0.02, levels=Levels(), catch_up=lambda: None)
+
+
 def outward(atlas, first: int = 0) -> np.ndarray:
     """Cosines (n,) of the normals of samples, from the ``first`` on, and the true ones."""
     points, normals = atlas.pool.points[first:], atlas.pool.normals[first:]
@@ -71,7 +76,7 @@ def test_a_guess_about_the_contact_does_not_tell_the_outer_side(touches):
     """Samples away from it are on surface that is known, and they do."""
     touch = leaning(touches[0], 95.0)
     body = GuessedAboutTheContact(touch)
-    state = SimpleNamespace(body=body, bias=0.02, levels=Levels())
+    state = with_body(body)
     quadric = quadric_of_touch(state, touch, touch.contours)
     outward, reason = outer_side(state, touch, touch.contours, quadric)
     assert not reason
@@ -84,7 +89,7 @@ def test_a_guess_about_the_contact_does_not_turn_contours_without_a_normal(touch
     out by it, and touches no longer improved what was known."""
     touch = leaning(touches[0], lean)
     body = GuessedAboutTheContact(touch)
-    state = SimpleNamespace(body=body, bias=0.02, levels=Levels())
+    state = with_body(body)
     outward, reason = outer_side(state, touch, touch.contours[:2], None)
     assert (outward is not None) is outside and bool(reason) is not outside
 
@@ -99,7 +104,7 @@ def test_a_contour_without_a_normal_far_from_known_surface_needs_a_steep_approac
 
     for lean, outside in ((50.0, True), (70.0, False)):
         touch = leaning(touches[0], lean)
-        state = SimpleNamespace(body=Unsure(touch), bias=0.02, levels=Levels())
+        state = with_body(Unsure(touch))
         assert (outer_side(state, touch, touch.contours[:1], None)[0] is not None) is outside
 
 
