@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 
 from touchatlas.atlas.records.touch import AtlasChange, Touch
-from touchatlas.patch.geometry.arrays import check_unit, frozen_array
+from touchatlas.patch.geometry.arrays import check_unit, frozen_array, real
 from touchatlas.patch.geometry.contour import SamplingPlane
 from touchatlas.patch.words import count_of
 
@@ -82,7 +82,7 @@ class ProbePlan:
         point = frozen_array(self.reference_point, (3,), "reference point")
         object.__setattr__(self, "reference_point", point)
         object.__setattr__(self, "normal", check_unit(self.normal, "plan normal"))
-        if not 0 < self.step <= self.reach:
+        if not 0.0 < real(self.step) <= real(self.reach):
             raise ValueError(f"step is {self.step} and reach {self.reach}; need 0 < step <= reach")
 
     def __repr__(self) -> str:

@@ -73,7 +73,10 @@ class Scan:
             value = getattr(self, name)
             own[name] = None if value is None else frozen_array(value, (3,), name)
         if self.curves is not None:
-            curves = np.array(self.curves)
+            try:
+                curves = np.array(self.curves)
+            except ValueError:
+                curves = np.array(None)
             if curves.shape != (count,) or curves.dtype.kind not in "iu":
                 raise ValueError(
                     f"curves are of shape {curves.shape} and type {curves.dtype}; give one whole "
@@ -102,10 +105,11 @@ class Scan:
 
 def _each(value, shape: tuple[int, ...], name: str) -> np.ndarray:
     """A read-only array of a shape, from one value for all or one for each."""
-    array = np.asarray(value, dtype=object if isinstance(value, str) else None)
-    return frozen_array(
-        np.broadcast_to(value, shape) if array.ndim < len(shape) else value, shape, name
-    )
+    try:
+        every = np.broadcast_to(value, shape) if np.ndim(value) < len(shape) else value
+    except ValueError:
+        every = value
+    return frozen_array(every, shape, name)
 
 
 def _directions(values, count: int, name: str) -> np.ndarray | None:
@@ -114,7 +118,8 @@ def _directions(values, count: int, name: str) -> np.ndarray | None:
     if values is None:
         return None
     vectors = _each(values, (count, 3), name)
-    length = np.sqrt((vectors * vectors).sum(axis=1))[:, None]
+    # Squares of large components overflow.
+    length = np.hypot(np.hypot(vectors[:, :1], vectors[:, 1:2]), vectors[:, 2:])
     if not (length > 0.0).all():
         raise ValueError(f"{name} holds a vector of length 0; give directions, or leave them out")
     return frozen_array(vectors / length, (count, 3), name)

@@ -48,10 +48,11 @@ def frozen_array(values, shape: tuple[int | None, ...], name: str) -> np.ndarray
 def _floats(values, name: str) -> np.ndarray:
     """A copy of ``values`` as floats."""
     try:
-        if np.iscomplexobj(values):
+        # Complex numbers and dates would become floats.
+        if np.asarray(values).dtype.kind in "cmM":
             raise TypeError
         return np.array(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(
             f"{name} is {reprlib.repr(values)}; real numbers are needed, in rows of equal length"
         ) from None
@@ -68,7 +69,7 @@ def check_points(values, name: str) -> np.ndarray:
 def check_unit(values, name: str) -> np.ndarray:
     """Read-only (3,) copy of a unit vector. ValueError for a vector of another length."""
     vector = frozen_array(values, (3,), name)
-    length = float(np.sqrt(vector @ vector))
+    length = float(np.hypot(np.hypot(*vector[:2]), vector[2]))
     # Vectors that were stored as 32-bit floats differ from length 1 by 1e-7.
     if abs(length - 1.0) > 1e-6:
         raise ValueError(f"{name} has length {length:.6g}; it must be a unit vector")

@@ -150,11 +150,12 @@ class Contour:
 
 def check_contours(contours) -> None:
     """ValueError for anything but a tuple or list of Contour."""
-    several = isinstance(contours, tuple | list)
-    other = next((c for c in contours if not isinstance(c, Contour)), None) if several else contours
-    if other is not None or not several:
+    several = contours if isinstance(contours, tuple | list) else [contours]
+    others = [one for one in several if not isinstance(one, Contour)]
+    if others or several is not contours:
+        got = (others or several)[0]
         raise ValueError(
-            f"got {type(other).__name__} among the contours or for them; give a tuple of three or "
+            f"got {type(got).__name__} among the contours or for them; give a tuple of three or "
             "more Contour(points, plane, noise_std, ends)"
         )
 

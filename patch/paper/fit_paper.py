@@ -5,6 +5,7 @@ from enum import Enum
 
 import numpy as np
 
+from touchatlas.patch.checks import check_type
 from touchatlas.patch.fit.fit_patch import FitOptions
 from touchatlas.patch.fit.smoothness import scaled_noise
 from touchatlas.patch.geometry.arrays import frozen_array
@@ -89,6 +90,7 @@ def fit_paper(
     directions are arbitrary there, and unequal curvatures along them would be wrong.
     """
     check_contours(contours)
+    check_type("penalty", penalty, Penalty)
     point, noise = frozen_array(point, (3,), "reference point"), _noise(contours)
     axes, k1, k2, condition, section_covariance = _darboux(point, contours, outward, noise)
     frame = DarbouxFrame(point, axes)

@@ -93,6 +93,21 @@ WRONG = [
 ]
 
 
+@pytest.mark.parametrize("name", ["noise_std", "normals", "approach"])
+@pytest.mark.parametrize("wrong", [10**400, [[1, 2], [3]], np.datetime64("2020-01-01")])
+def test_columns_of_a_scan_are_real_numbers(name, wrong):
+    arguments = {"noise_std": 0.1} | {name: wrong}
+    with pytest.raises(ValueError, match=f"{name} is .*real numbers"):
+        Scan([[0.0, 0.0, 1.0]], **arguments)
+
+
+def test_curves_of_a_scan_are_whole_numbers_and_directions_may_be_long():
+    with pytest.raises(ValueError, match="give one whole number for each"):
+        Scan([[0.0, 0.0, 1.0]], 0.1, curves=[[1, 2], [3]])
+    far = Scan([[0.0, 0.0, 1.0]], 0.1, normals=[0.0, 0.0, 1e200])
+    assert far.normals.tolist() == [[0.0, 0.0, 1.0]]
+
+
 @pytest.mark.parametrize(("make", "words", "wrong"), WRONG)
 def test_what_cannot_be_is_refused_in_a_sentence(make, words, wrong):
     for arguments in wrong:

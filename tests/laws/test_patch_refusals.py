@@ -9,6 +9,7 @@ from tests.truths import ORIGIN, UP, graph_contours
 from touchatlas.patch import (
     Contour,
     ContourEnd,
+    DiagnosisLimits,
     Penalty,
     SamplingPlane,
     UnfitError,
@@ -61,12 +62,36 @@ def test_shared_samples_may_be_a_list():
     [
         (bowl(0.0, height=lambda x, y: 0.0 * x), [1.0, 0.0, 0.0], "zero or tangent"),
         (None, UP, "got NoneType among the contours.*give a tuple"),
+        ([None] * 3, UP, "got NoneType among the contours.*give a tuple"),
         ((*bowl()[:2], np.zeros((5, 3))), UP, "got ndarray among the contours.*give a tuple"),
     ],
 )
 def test_what_neither_fit_can_take_is_refused_by_both(fit, contours, outward, words):
     with pytest.raises(ValueError, match=words):
         fit(ORIGIN, contours, outward)
+
+
+@pytest.mark.parametrize("penalty", [None, "none", np.nan, Penalty.NONE.value])
+def test_a_penalty_of_the_paper_is_a_penalty(penalty):
+    with pytest.raises(ValueError, match="penalty is of type .*; give a Penalty"):
+        fit_paper(ORIGIN, bowl(), UP, penalty)
+
+
+@pytest.mark.parametrize("limit", [np.nan, -1.0, "4", None, np.ones(2)])
+def test_limits_of_a_diagnosis_are_numbers(limit):
+    with pytest.raises(ValueError, match="miss is .*; it must be a finite number"):
+        DiagnosisLimits(miss=limit)
+
+
+@pytest.mark.parametrize("wrong", [10**400, [[1, 2, 3], [4, 5]], np.datetime64("2020-01-01"), 1j])
+def test_points_are_real_numbers(wrong):
+    with pytest.raises(ValueError, match="point is .*; real numbers are needed"):
+        fit_patch(wrong, bowl(), UP)
+
+
+def test_large_components_of_a_normal_overflow_nothing():
+    with pytest.raises(ValueError, match="must be a unit vector"):
+        SamplingPlane(ORIGIN, [1e308] * 3)
 
 
 def test_a_diagnosis_is_of_a_patch_and_contours():
