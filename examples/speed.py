@@ -76,7 +76,8 @@ def at_once(name: str, places: int, cells: int) -> str:
     touches = [probe(plan) for plan in spread_plans(*obj.sample(TRUTH, rng), places)]
     edge, scan = float(np.ptp(truth, axis=0).max()) / cells, scan_of(touches)
 
-    def learned(way, measured):
+    def learned(call):
+        way, measured = call
         atlas = Atlas(obj.tolerance, scale=fit_scale(obj.noise_std, obj.diagonal))
         way(atlas, measured)
         return atlas, extract_surface(atlas, edge)
@@ -86,8 +87,8 @@ def at_once(name: str, places: int, cells: int) -> str:
         return f"{seconds:.2f} ({1e4 * error:.2f})"
 
     out = []
-    for way, measured in ((add_each, touches), (Atlas.add_all, touches), (Atlas.add, scan)):
-        (atlas, ours), seconds = timed(learned, way, measured)
+    for call in ((add_each, touches), (Atlas.add_all, touches), (Atlas.add, scan)):
+        (atlas, ours), seconds = timed(learned, call)
         out.append(shown(ours.vertices, ours.faces, seconds))
     points, normals = samples_of(atlas, touches)
     for peer in PEERS.values():

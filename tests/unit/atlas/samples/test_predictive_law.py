@@ -182,8 +182,10 @@ def test_innovations_are_what_the_surface_says_of_samples_where_it_knows_enough(
 def test_only_the_last_eight_touches_count(touches):
     atlas = Atlas(0.1)
     for number in range(12):
-        atlas.learn_innovations(innovations_of(number, [0.0, 0.1], 0.1, 0.1, 0.1, 1.0))
-    assert np.unique(atlas.innovations[:, 0]).tolist() == list(range(4, 12))
+        first = len(atlas.pool)
+        atlas.pool.add(*np.zeros((3, 2, 3)), False, 0.1, touches=number)
+        atlas.learn_innovations(innovations_of(first, [0.0, 0.1], 0.1, 0.1, 0.1, 1.0))
+    assert np.unique(atlas.innovations[:, 0]).tolist() == list(range(8, 24, 2))
 
 
 def test_errors_of_one_face_are_forgotten_when_it_becomes_six():
