@@ -64,7 +64,10 @@ def first(view: View, _: Places) -> Target | None:
     one is not answered."""
     attempts = view.attempts
     k, count = attempts.starts, 24
-    if attempts.pending or k == count:
+    if k and not any((place == attempts.start).all() for place in attempts.in_vain):
+        # What was met there, and taught nothing, would be met again from deeper below.
+        k += 1
+    if attempts.pending or k >= count:
         return None
     if k == 0:
         return Target(attempts.start, attempts.outward, Reason.START)

@@ -93,6 +93,20 @@ def test_a_place_that_the_probe_missed_is_tried_once_from_what_is_known():
     assert np.linalg.norm(third.reference_point - plan.reference_point) > 1.01 * away.min()
 
 
+def test_a_start_at_which_touches_teach_nothing_is_left_after_six_of_them():
+    """The same place is not met again from deeper below: the seventh touch is 102 scales beside it,
+    500 / sqrt(24)."""
+    obj = make_object("ellipsoid")
+    atlas, p = Atlas(obj.tolerance, scale=0.1), Planner(*obj.start())
+    probe, beside = Probe(obj, obj.noise_std, np.random.default_rng(1)), []
+    for _ in range(7):
+        plan = p.ask(atlas)
+        off = plan.reference_point - obj.start()[0]
+        beside.append(float(np.linalg.norm(off - (off @ plan.normal) * plan.normal)))
+        p.tell(probe(plan), AtlasChange(refused="too few"))
+    assert beside == pytest.approx([0.0] * 6 + [50.0 / np.sqrt(24.0)], abs=1e-9)
+
+
 def planner_that_misses(misses: int):
     """A planner of an ellipsoid after one touch, and so many approaches in vain; with its atlas and
     probe."""
