@@ -38,13 +38,15 @@ def label_samples(samples: ContourSamples) -> Labels:
     return labels
 
 
-def first_labels(samples: ContourSamples, before: Faces | None = None) -> Labels:
-    """Labels by growths from the seeds of samples, and from straight runs of what these leave.
-    Fits that were computed for faces ``before`` of the first of the samples are taken
-    from there; the result is the same."""
+def first_labels(
+    samples: ContourSamples, before: Faces | None = None, most: Kind = Kind.QUARTIC
+) -> Labels:
+    """Labels by growths from the seeds of samples, of kinds up to the one of ``most`` parameters,
+    and from straight runs of what these leave. Fits that were computed for faces ``before`` of the
+    first of the samples are taken from there; the result is the same."""
     labels = Labels(_evidence(samples, before))
     best, left = np.full(len(samples), -np.inf), np.ones(len(samples), bool)
-    found = growths(labels.evidence, seeds_of(samples), left)
+    found = growths(labels.evidence, seeds_of(samples), left, most)
     for growth in found:
         left[growth.members] = False
     found += planes_from(labels.evidence, pairs_of_runs(samples, left), left)
