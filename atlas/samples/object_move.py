@@ -85,6 +85,10 @@ def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
     explained = np.maximum(explained - each.max(axis=1), 0.0)
     chance = chdtrc(np.maximum(freedom, 1.0), explained / np.maximum(rest, 1.0))
     chance[(freedom == 0.0) | (len(gaps) <= freedom)] = 1.0
+    # Nor does the last touch alone: on detail finer than samples its gaps are alike.
+    place = {number: k for k, number in enumerate(order)}
+    later = np.unique([place.get(number, -1) for number in crossings.later.tolist()])
+    chance[:-1][np.arange(len(order) - 1) >= later[-2:].min()] = 1.0
     best = int(chance.argmin())
     return Move(
         int(order[best]) if best < len(order) - 1 else None,

@@ -165,3 +165,20 @@ def test_a_table_holds_all_crossings():
     again = Crossings.of_table(found.table)
     for name in ("earlier", "later", "points", "normals", "gaps", "variances"):
         assert np.array_equal(getattr(again, name), getattr(found, name))
+
+
+@pytest.mark.parametrize(("last", "is_told"), [(1, False), (2, True)])
+def test_one_touch_alone_tells_no_move(last, is_told):
+    """Twelve crossings of each touch with the one before in three directions. Those of the first
+    three agree, and the ``last`` ones are ten deviations off."""
+    count, normals = 3 + last, np.tile(np.eye(3), (4, 1))
+    pairs = [(k, later) for later in range(1, count) for k in range(min(later, 3))]
+    off = [0.0 if later < 3 else 1.0 for _, later in pairs]
+    numbers, every = (
+        np.repeat(np.array(pairs, float), 12, axis=0),
+        np.tile(normals, (len(pairs), 1)),
+    )
+    gaps = np.repeat(off, 12) * every[:, 0]
+    found = Crossings(*numbers.T, every, every, gaps, np.full(len(gaps), 0.01))
+    move = most_probable_move(found, [float(k) for k in range(count)], 4.0)
+    assert (move.chance < 1e-6 and move.after == 2) == is_told
