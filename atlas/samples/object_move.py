@@ -58,12 +58,12 @@ def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
 
     Examples
     --------
-    Twelve crossings of touches 0 and 1 in three directions, which lie 1 apart along the first:
+    Twelve crossings of touch 0 with 1 and 2 in three directions, which lie 1 apart along the first:
 
     >>> normals = np.tile(np.eye(3), (4, 1))
-    >>> numbers, variances = np.zeros(12), np.full(12, 0.01)
-    >>> found = Crossings(numbers, numbers + 1.0, normals, normals, normals[:, 0], variances)
-    >>> move = most_probable_move(found, [0.0, 1.0], 4.0)
+    >>> later, variances = np.repeat([1.0, 2.0], 6), np.full(12, 0.01)
+    >>> found = Crossings(0.0 * later, later, normals, normals, normals[:, 0], variances)
+    >>> move = most_probable_move(found, [0.0, 1.0, 2.0], 4.0)
     >>> move.after, move.shift
     (0, array([1., 0., 0.]))
     """
@@ -85,10 +85,11 @@ def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
     explained = np.maximum(explained - each.max(axis=1), 0.0)
     chance = chdtrc(np.maximum(freedom, 1.0), explained / np.maximum(rest, 1.0))
     chance[(freedom == 0.0) | (len(gaps) <= freedom)] = 1.0
-    # Nor does the last touch alone: on detail finer than samples its gaps are alike.
+    # On detail finer than samples the gaps of one touch are alike.
     place = {number: k for k, number in enumerate(order)}
     later = np.unique([place.get(number, -1) for number in crossings.later.tolist()])
-    chance[:-1][np.arange(len(order) - 1) >= later[-2:].min()] = 1.0
+    second_last = later[-2] if len(later) > 1 else -1
+    chance[:-1][np.arange(len(order) - 1) >= second_last] = 1.0
     best = int(chance.argmin())
     return Move(
         int(order[best]) if best < len(order) - 1 else None,
