@@ -81,13 +81,15 @@ def most_probable_move(crossings: Crossings, order, sure: float) -> Move | None:
     each = bounded**2 - (bounded - foreseen) ** 2
     explained = each.sum(axis=1)
     rest = (bounded @ bounded - explained) / np.maximum(len(gaps) - freedom, 1.0)
-    # One gap alone tells no move.
-    explained = np.maximum(explained - each.max(axis=1), 0.0)
+    # One gap alone tells no move, nor do those of one touch tell a drift.
+    place = {number: k for k, number in enumerate(order)}
+    places = [place.get(number, -1) for number in crossings.later.tolist()]
+    later, of = np.unique(places, return_inverse=True)
+    alone = np.append(each[:-1].max(axis=1), np.bincount(of, each[-1]).max())
+    explained = np.maximum(explained - alone, 0.0)
     chance = chdtrc(np.maximum(freedom, 1.0), explained / np.maximum(rest, 1.0))
     chance[(freedom == 0.0) | (len(gaps) <= freedom)] = 1.0
-    # On detail finer than samples the gaps of one touch are alike.
-    place = {number: k for k, number in enumerate(order)}
-    later = np.unique([place.get(number, -1) for number in crossings.later.tolist()])
+    # Two touches after a move tell it: on detail finer than samples the gaps of one are alike.
     second_last = later[-2] if len(later) > 1 else -1
     chance[:-1][np.arange(len(order) - 1) >= second_last] = 1.0
     best = int(chance.argmin())
