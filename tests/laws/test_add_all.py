@@ -44,7 +44,13 @@ def saved(atlas: Atlas, path) -> bytes:
     return path.read_bytes()
 
 
-@pytest.mark.parametrize("kind", TOUCHES)
+# Twelve touches of a body with edges take ten seconds, and wait for nothing.
+KINDS = [
+    pytest.param(kind, marks=pytest.mark.slow) if kind == "with edges" else kind for kind in TOUCHES
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_all_touches_at_once_make_the_atlas_of_one_after_the_other(kind, tmp_path):
     touches, one, both = TOUCHES[kind](), Atlas(TOLERANCE), Atlas(TOLERANCE)
     changes = [one.add(touch) for touch in touches]
