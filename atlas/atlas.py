@@ -81,8 +81,13 @@ class Atlas(AtlasState):
 
     def add_all(self, touches: Iterable[Touch]) -> tuple[AtlasChange, ...]:
         """Learn touches that are all there: the atlas, byte for byte, that ``add`` makes of one
-        after the other, in less time. Bodies of the first of them, from which nothing follows, are
+        after the other, in less time where that is one face. Bodies from which nothing follows are
         not made.
+
+        Parameters
+        ----------
+        touches : iterable of Touch
+            In the order in which they were made.
 
         Returns
         -------
@@ -92,7 +97,8 @@ class Atlas(AtlasState):
         Raises
         ------
         ValueError
-            As of ``add``; the touches before are learned.
+            As of ``add``; the touches before are learned. A touch in another unit is told by a
+            body of at least half of the samples before it.
         """
         every, late = list(touches), LATEST
         parts = self, self.pool, self.rims, self.rims.ends

@@ -141,7 +141,7 @@ def _chosen(samples: ContourSamples, pool: SamplePool, before: KnownBody) -> Kno
         return found
     shortest, is_told = description_length(one), before.faces is not None
     is_told |= least >= FaceOptions.kinked
-    # Where no contour tells of edges, planes do, which are found in a tenth of the time.
+    # Where no contour tells of edges, planes do, which grow in a small part of the time of others.
     if not is_told and first_labels(samples, most=Kind.PLANE).lawful_share < FaceOptions.lawful:
         return found
     tried, labels = [(on, gone_on)], first_labels(samples, before=on)
